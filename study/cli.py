@@ -67,7 +67,8 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     s.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="any SSP package")
     s.add_argument("--vary", metavar="NAME=SPEC", action="append", default=[],
-                   help="1,2,3 or start:stop:step, or low:high with --sample; may be repeated")  # fmt: skip
+                   help="1,2,3 or start:stop:step, or low:high with --sample; units may stand behind: 3:6:1mm; "
+                   "may be repeated")  # fmt: skip
     s.add_argument("--sample", metavar="KIND:N",
                    help="sobol:N, lhs:N or saltelli:N (for Sobol indices) instead of a grid")  # fmt: skip
     s.add_argument("--metric", metavar="EXPR", action="append", default=[],
@@ -84,6 +85,8 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--case-time", type=seconds, metavar="S",
                    help="longest wall time of a case [s], not with --dask; what takes longer has failed")  # fmt: skip
     s.add_argument("--retry-failed", action="store_true", help="run cases that failed earlier once more")
+    s.add_argument("--units", metavar="LIST", help="what the text and the pictures show, as of cosim-master; files "
+                   "keep the FMUs' units")  # fmt: skip
     s.add_argument("--no-plots", action="store_true", help="no pictures")
     add_output(s)
     e = commands.add_parser(

@@ -9,6 +9,7 @@ from typing import Any
 
 from ...core.errors import UsageError
 from ...core.repeated import repeated
+from ...master.system.number_with_unit import NUMBER_AND_UNIT
 
 MOST = 100_000
 """Cases that a sweep has at most."""
@@ -24,6 +25,8 @@ class Axis:
     high: float = 0.0
     texts: tuple[str, ...] = ()
     """The values as they were written, where they are a list: `settled` takes them for what the parameter is."""
+    ends: tuple[str, ...] = ()
+    """Low and high as they were written, where they have a unit; `settled` takes them for what the parameter is."""
 
     @property
     def is_range(self) -> bool:
@@ -37,7 +40,7 @@ def parse_axis(text: str) -> Axis:
     if not equals or not name or not what:
         raise UsageError(f"--vary {text}: expected NAME=1,2,3 or NAME=start:stop:step or, with --sample, NAME=low:high")
     if _is_range(what):
-        return _range(text, name, what.split(":"))
+        return _written_range(text, name, [part.strip() for part in what.split(":")])
     texts = tuple(v.strip() for v in what.split(","))
     if "" in texts:
         raise UsageError(f"--vary {text}: an empty value between commas")
@@ -49,6 +52,9 @@ def parse_axis(text: str) -> Axis:
 
 def settled(axis: Axis, value_of: Callable[[str, str], Any]) -> Axis:
     """The axis with the values of its list as what the parameter is; value_of(name, text) says that, and raises."""
+    if axis.ends:
+        low, high = (value_of(axis.name, end) for end in axis.ends)
+        return _range(f"{axis.name}={':'.join(axis.ends)}", axis.name, [low, high])
     if not axis.texts:
         return axis
     values = tuple(value_of(axis.name, text) for text in axis.texts)
@@ -68,18 +74,33 @@ def _is_range(what: str) -> bool:
     if ":" not in what:
         return False
     first = what.partition(":")[0].strip()
+    return first == "" or _is_number(first) or NUMBER_AND_UNIT.fullmatch(first) is not None
+
+
+def _is_number(text: str) -> bool:
     try:
-        float(first)
+        float(text)
     except ValueError:
-        return first == ""
+        return False
     return True
 
 
-def _range(text: str, name: str, parts: list[str]) -> Axis:
-    try:
-        numbers = [float(p) for p in parts]
-    except ValueError:
-        raise UsageError(f"--vary {text}: '{':'.join(parts)}' has to be made of numbers") from None
+def _written_range(text: str, name: str, parts: list[str]) -> Axis:
+    """A range whose parts may have a unit: the one behind the last is that of all."""
+    last = NUMBER_AND_UNIT.fullmatch(parts[-1])
+    unit = last[2] if last is not None else ""
+    numbers = [part.removesuffix(unit) for part in parts]
+    if not all(map(_is_number, numbers)):
+        raise UsageError(f"--vary {text}: '{':'.join(parts)}' has to be made of numbers, in one unit or in none")
+    found = _range(text, name, [float(n) for n in numbers])
+    if not unit:
+        return found
+    if found.is_range:
+        return replace(found, ends=(f"{found.low!r}{unit}", f"{found.high!r}{unit}"))
+    return replace(found, texts=tuple(f"{value:.12g}{unit}" for value in found.values))
+
+
+def _range(text: str, name: str, numbers: Sequence[float]) -> Axis:
     if len(numbers) not in (2, 3) or not all(map(isfinite, numbers)):
         raise UsageError(f"--vary {text}: expected start:stop:step or low:high")
     low, high = numbers[:2]

@@ -10,10 +10,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ...core.display_units import DisplayUnits, display_units
 from ...core.errors import UsageError, did_you_mean, install
 from ...core.figures import in_notebooks
 from ...core.files import make_folder, writing
 from .request import SweepPlan, SweepRequest
+from .shown import Shown, shown_in
 
 SUMMARY = "summary.json"
 
@@ -49,23 +51,26 @@ class Sweep:
         made.attrs["units"] = dict(self.plan.units)
         return made
 
-    def plot(self, metric: str) -> Any:
-        """A matplotlib figure of a metric over what is varied."""
+    def plot(self, metric: str, units: str | None = None) -> Any:
+        """A matplotlib figure of a metric over what is varied; units: what `--units` takes."""
         from .plots import figure_of
 
         plan = self.plan
         if metric not in plan.labels:
             raise UsageError(f"the sweep has no metric '{metric}'{did_you_mean(metric, plan.labels)}")
         indices = self.sensitivities.get(metric)
-        return in_notebooks(figure_of(plan.axes, bool(plan.kind), self.table, metric, indices, plan.units))
+        shown = shown_in(plan, self.table, display_units(units))
+        return in_notebooks(figure_of(shown.axes, bool(plan.kind), shown.table, metric, indices, shown.units))
 
 
 def run_sweep(
-    request: SweepRequest, plan: SweepPlan, folder: Path, progress: Callable[[int, int], None], draws: bool = True
-) -> Sweep:
+    request: SweepRequest, plan: SweepPlan, folder: Path, progress: Callable[[int, int], None], draws: bool = True,
+    display: DisplayUnits | None = None,
+) -> Sweep:  # fmt: skip
     """Run the cases that have not been run in that folder, and write everything into it.
 
-    progress: gets the numbers of cases that are done and that have failed; draws: whether pictures are drawn.
+    progress: gets the numbers of cases that are done and that have failed; draws: whether pictures are drawn, and
+    display: in which units (default: the user's).
     """
     from ...master.parallel.pool import cluster
     from .run import sweep
@@ -85,7 +90,7 @@ def run_sweep(
     pictures: list[str] = []
     undrawn: dict[str, str] = {}
     if draws:
-        pictures, undrawn = _pictures(folder, plan, table, indices)
+        pictures, undrawn = _pictures(folder, shown_in(plan, table, display or display_units(None)), plan, indices)
         told = _summary(folder, request, plan, table, indices, pictures)
     return Sweep(folder, plan, table, path, indices, silent, pictures, undrawn, told)
 
@@ -142,7 +147,7 @@ def _summary(
 
 
 def _pictures(
-    folder: Path, plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]
+    folder: Path, shown: Shown, plan: SweepPlan, indices: Mapping[str, Any]
 ) -> tuple[list[str], dict[str, str]]:
     """Names of the pictures, and why there are none of other metrics."""
     from .plots import picture
@@ -150,7 +155,7 @@ def _pictures(
     made: list[str] = []
     undrawn: dict[str, str] = {}
     for label in plan.labels:
-        if all(row[label] is None for row in table):
+        if all(row[label] is None for row in shown.table):
             continue
         stem = name = re.sub(r"[^\w.-]+", "_", label).strip("_")[:LONGEST] or "metric"
         while f"{name}.png" in made:
@@ -158,7 +163,7 @@ def _pictures(
         name += ".png"
         with writing(folder / name):
             try:
-                picture(folder / name, plan.axes, bool(plan.kind), table, label, indices.get(label), plan.units)
+                picture(folder / name, shown.axes, bool(plan.kind), shown.table, label, indices.get(label), shown.units)
             except (ValueError, RuntimeError) as error:  # what matplotlib says of what it cannot draw
                 (folder / name).unlink(missing_ok=True)
                 undrawn[label] = " ".join(str(error).split())[:200]

@@ -10,8 +10,10 @@ from time import monotonic
 from typing import Any
 
 from ...core.console import conclude
-from .request import SweepPlan, SweepRequest, make_plan
+from ...core.display_units import DisplayUnits, display_units
+from .request import SweepRequest, make_plan
 from .result import SUMMARY, Sweep, run_sweep
+from .shown import Shown, shown_in
 
 BETWEEN = 10.0
 """Seconds between two signs of progress in a file."""
@@ -27,10 +29,11 @@ def sweep_command(options: argparse.Namespace) -> int:
         options.step, options.stop_time, options.method, options.stimuli, options.processes, options.dask,
         options.case_time, options.retry_failed,
     )  # fmt: skip
+    display = display_units(options.units)
     plan = make_plan(request)
     with _bar(len(plan.cases), options.quiet or options.json) as progress:
-        found = run_sweep(request, plan, options.out or request.usual_folder, progress, not options.no_plots)
-    conclude(options, lambda: _content(found), lambda: _lines(found))
+        found = run_sweep(request, plan, options.out or request.usual_folder, progress, not options.no_plots, display)
+    conclude(options, lambda: _content(found), lambda: _lines(found, display))
     if all(row["failed"] for row in found.table):
         print(f"cosim-study: every case failed, the first: {found.table[0]['failed']}", file=sys.stderr)
         return 1
@@ -73,8 +76,9 @@ def _content(found: Sweep) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _lines(found: Sweep) -> Iterator[str]:
-    yield from _table(found.plan, found.table, found.sensitivities)
+def _lines(found: Sweep, display: DisplayUnits) -> Iterator[str]:
+    shown = shown_in(found.plan, found.table, display)
+    yield from _table(found.plan.labels, shown, found.sensitivities)
     for what, whys in (("sensitivities", found.silent), ("picture", found.undrawn)):
         for why in dict.fromkeys(whys.values()):
             mine = [label for label, w in whys.items() if w == why]
@@ -83,7 +87,8 @@ def _lines(found: Sweep) -> Iterator[str]:
     yield f"\n{found.folder}: {', '.join(made[:6])}{' ...' if len(made) > 6 else ''}"
 
 
-def _table(plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping[str, Any]) -> Iterator[str]:
+def _table(labels: Sequence[str], shown: Shown, indices: Mapping[str, Any]) -> Iterator[str]:
+    table = shown.table
     counts = {kind: [row for row in table if row[kind]] for kind in ("failed", "warnings")}
     yield f"{len(table)} cases, {len(counts['failed'])} failed, {len(counts['warnings'])} with warnings"
     for kind, rows in counts.items():
@@ -91,12 +96,12 @@ def _table(plan: SweepPlan, table: Sequence[Mapping[str, Any]], indices: Mapping
             yield f"  case {row['case']} {'failed' if kind == 'failed' else 'warns'}: {row[kind]}"
         if len(rows) > SHOWN:
             yield f"  and {len(rows) - SHOWN} more, see {SUMMARY}"
-    width = max(map(len, plan.labels)) + 2
+    width = max(map(len, labels)) + 2
     yield f"{'':<{width}}{'least':>14}{'greatest':>14}  {'unit':<8}{'missing':>9}"
-    for label in plan.labels:
+    for label in labels:
         values = [row[label] for row in table if row[label] is not None]
         ends = f"{min(values):>14.6g}{max(values):>14.6g}" if values else f"{'-':>14}{'-':>14}"
-        yield f"{label:<{width}}{ends}  {plan.units.get(label, ''):<8}{len(table) - len(values):>9}"
+        yield f"{label:<{width}}{ends}  {shown.units.get(label, ''):<8}{len(table) - len(values):>9}"
         for kind, by_name in indices.get(label, {}).items():
             shares = sorted(by_name.items(), key=lambda item: -item[1]["value"])
             yield f"{'':<{width}}{kind}: " + ", ".join(f"{n} {v['value']:.2f}" for n, v in shares)

@@ -1,9 +1,14 @@
 """What may be varied, and what is refused in one line."""
 
+import re
+
 import pytest
+from deepsea_cosim.core.display_units import display_units
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.study.sweep.axes import parse_axis, settled
 from deepsea_cosim.study.sweep.cases import grid, parse_sample, sample
+from deepsea_cosim.study.sweep.request import SweepPlan
+from deepsea_cosim.study.sweep.shown import shown_in
 
 
 def test_lists_steps_and_ranges():
@@ -73,3 +78,40 @@ def test_samples_that_do_not_exist(text):
 def test_saltelli_needs_a_power_of_two():
     with pytest.raises(UsageError, match="power of two"):
         sample([parse_axis("a=0:1")], "saltelli", 100)
+
+
+def in_metres(_name, text):
+    """What 'm' takes a number with a unit for."""
+    number, unit = re.fullmatch(r"([-\d.]+) *(mm|cm|)", text).groups()
+    return float(number) * {"mm": 1e-3, "cm": 1e-2, "": 1.0}[unit]
+
+
+@pytest.mark.parametrize("written", ["3mm:5mm:1mm", "3:5:1mm", "3 mm : 5 : 1 mm"])
+def test_units_of_a_range(written):
+    assert settled(parse_axis(f"d={written}"), in_metres).values == (0.003, 0.004, 0.005)
+
+
+def test_units_of_the_ends_of_a_sample():
+    axis = settled(parse_axis("d=3:5mm"), in_metres)
+    assert (axis.low, axis.high, axis.is_range) == (0.003, 0.005, True)
+    with pytest.raises(UsageError, match="in one unit or in none"):
+        parse_axis("d=3mm:5:1")
+
+
+def test_the_step_of_a_unit_with_an_offset():
+    axis = settled(parse_axis("T=0:10:5degC"), lambda _name, text: float(text.removesuffix("degC")) + 273.15)
+    assert axis.values == (273.15, 278.15, 283.15)
+
+
+def test_what_is_shown_has_the_units_that_are_asked_for():
+    """Lengths in mm, a temperature as it is, for what was measured may be a difference; axes and rows stay one."""
+    axes = [parse_axis("d=0.003,0.0041"), parse_axis("on=true,false")]
+    plan = SweepPlan(axes, "", [], None, {"d": "m", "T": "K", "p": "Pa"})
+    rows = [{"case": k, "d": d, "on": on, "T": 300.0, "p": None, "failed": ""}
+            for k, (d, on) in enumerate((d, on) for d in axes[0].values for on in (True, False))]  # fmt: skip
+    shown = shown_in(plan, rows, display_units("mm,degC,bar"))
+    assert (shown.units["d"], shown.units["T"]) == ("mm", "K")
+    assert shown.axes[0].values == (3.0, 4.1)
+    assert [row["d"] for row in shown.table] == [3.0, 3.0, 4.1, 4.1]
+    assert [row["on"] for row in shown.table] == [True, False, True, False]
+    assert {row["p"] for row in shown.table} == {None}
