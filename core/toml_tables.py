@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -86,8 +86,8 @@ class Tables:
             raise self.error(f"{where}: '{key}' has to be tables [[{key}]]")
         return made
 
-    def reject_unknown_keys(self, table: dict[str, Any], known: Sequence[str], where: str) -> None:
+    def reject_unknown_keys(self, table: dict[str, Any], known: Collection[str], where: str) -> None:
         """Raises for a key that is not known."""
         for key in table:
             if key not in known:
-                raise self.error(f"{where}: unknown key '{key}'{did_you_mean(key, known)}")
+                raise self.error(f"{where}: unknown key '{key}'{did_you_mean(key, list(known))}")

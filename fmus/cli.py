@@ -41,6 +41,9 @@ def parser() -> argparse.ArgumentParser:
     own.add_argument("sheet", metavar="MACHINE.toml", type=Path, help="bore, rod, stroke, valve, pump, lines, oil, arm")
     own.add_argument("--out", metavar="DIR", type=folder, default=Path("build"), help="folder (default: build)")
     add_output(own)
+    schema = commands.add_parser("schema", help="write a JSON schema of machine.toml, for editors")
+    schema.add_argument("--out", metavar="DIR", type=folder, default=Path(), help="folder of the file (default: this)")
+    add_output(schema)
     arm = commands.add_parser("arm", help="make an FMU of your own arm from an MJCF model")
     arm.add_argument(
         "model", metavar="ARM.xml", type=Path,
@@ -90,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser().parse_args(arguments)
     commands = {
         "build": _build, "machine": _machine, "arm": _arm, "container": _container, "check": _check,
-        "cross-check": _cross_check, "forms": _forms,
+        "cross-check": _cross_check, "forms": _forms, "schema": _schema,
     }  # fmt: skip
     return exit_code("cosim-fmus", lambda: commands[options.command](options), as_json=options.json)
 
@@ -129,6 +132,16 @@ def _forms(options: argparse.Namespace) -> int:
 
     made = write(options.out)
     remark = f"  {made}: import it in the script and build the FMU with it as a project file"
+    conclude(options, lambda: {"files": [made]}, lambda: [remark])
+    return 0
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from ..core.json_schema import reference, write_schema
+    from .machine_schema import NAME, machine_schema
+
+    made = write_schema(options.out, NAME, machine_schema())
+    remark = f"  {made}: editors take it from the first line {reference(NAME)}"
     conclude(options, lambda: {"files": [made]}, lambda: [remark])
     return 0
 

@@ -33,6 +33,9 @@ def parser() -> argparse.ArgumentParser:
     add_version(p)
     commands = p.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_onboarding(commands)
+    schema = commands.add_parser("schema", help="write JSON schemas of campaign.toml and effects.toml, for editors")
+    schema.add_argument("--out", metavar="DIR", type=folder, default=Path(), help="folder of the files (default: this)")
+    add_output(schema)
     effects = commands.add_parser("effects", help="list the catalogue of effects of a package")
     effects.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a package with an effects.toml")
     effects.add_argument(
@@ -100,7 +103,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit code."""
     options = parser().parse_args(arguments)
     commands = {
-        "new": _new, "check": _check, "pack": _pack, "effects": _effects, "simulate": _simulate, "diagnose": _diagnose,
+        "new": _new, "check": _check, "pack": _pack, "schema": _schema, "effects": _effects, "simulate": _simulate,
+        "diagnose": _diagnose,
     }  # fmt: skip
     return exit_code("cosim-gap", lambda: commands[options.command](options), as_json=options.json)
 
@@ -121,6 +125,18 @@ def _pack(options: argparse.Namespace) -> int:
     from .onboarding.pack import pack_command
 
     return pack_command(options)
+
+
+def _schema(options: argparse.Namespace) -> int:
+    from ..core.json_schema import reference, write_schema
+    from .campaign.keys import SCHEMAS
+
+    made = {name: write_schema(options.out, name, schema) for name, schema in SCHEMAS.items()}
+    conclude(
+        options, lambda: {"files": list(made.values())},
+        lambda: (f"  {path}: editors take it from the first line {reference(name)}" for name, path in made.items()),
+    )  # fmt: skip
+    return 0
 
 
 def _effects(options: argparse.Namespace) -> int:

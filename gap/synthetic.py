@@ -26,8 +26,8 @@ from ..core.files import make_folder, writing
 from ..core.units import convert, unit
 from ..master.simulation.session import Session
 from .campaign.campaign import CampaignError, Channel, si, unit_in_fmu
+from .campaign.keys import QUANTITIES, SHAPES
 from .campaign.read import base_of, channels_of, take, use_of
-from .campaign.read_catalogue import QUANTITIES, SHAPES
 from .problem.parameters import sensor_quantity
 from .problem.sensors import Sensor
 from .settings import FILE_LIMITS, SyntheticSettings

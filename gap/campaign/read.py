@@ -16,6 +16,7 @@ from ...core.units import unit
 from ..settings import FILE_LIMITS
 from .campaign import BaseTolerance, Campaign, CampaignError, Channel, FactorTolerance, Run
 from .events import check_events, read_event
+from .keys import FACTOR
 from .run_files import FileFormat, file_format, read_run_file
 from .tables import reject_unknown_keys, take
 
@@ -158,7 +159,7 @@ def base_of(data: dict[str, Any], path: Path) -> dict[str, BaseTolerance]:
 
 def _tolerance(table: dict[str, Any], where: str) -> BaseTolerance:
     if isinstance(table.get("tolerance"), dict):
-        take.reject_unknown_keys(table["tolerance"], ("factor",), f"{where}: tolerance")
+        take.reject_unknown_keys(table["tolerance"], FACTOR, f"{where}: tolerance")
         factor = take.number(table["tolerance"], f"{where}: tolerance", "factor")
         if not 1.0 < factor <= FILE_LIMITS.largest_factor:
             allowed = f"has to be above 1, {FILE_LIMITS.largest_factor:g} at most"

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from ...core.errors import PackageError
 from ...core.repeated import repeated
 from ...core.toml_tables import Tables
+from . import keys
 from .catalogue import (
     Base,
     Catalogue,
@@ -38,14 +39,6 @@ SCHEMA = 1
 VERDICTS = ("none", "unknown")
 """What no effect is called."""
 
-QUANTITIES = ("bias", "scale", "lag", "delay", "drift", "curvature")
-
-NOTES = ("equation", "source", "test")
-"""What an entry may say of an effect for people; no number hangs on it."""
-
-SHAPES = ("split",)
-"""What forms of a sensor's effect have beyond the plain one."""
-
 
 class _Reader(Tables):
     """Takes the catalogue's entries out of their tables."""
@@ -68,8 +61,7 @@ class _Reader(Tables):
         return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
-        keys = "address", "neutral", "bounds", "prior", "also", "shape", "starts", "period"
-        self.reject_unknown_keys(table, keys, entry)
+        self.reject_unknown_keys(table, keys.PARAMETER, entry)
         address = self.get(table, entry, "address", str)
         entry = f"{entry}, {address}"
         neutral, low, high, prior = self.range(table, entry)
@@ -81,7 +73,7 @@ class _Reader(Tables):
         return Parameter(address, neutral, low, high, prior, also, shape, starts, period)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
-        self.reject_unknown_keys(table, ("id", "text", "group", "parameter", "form", "longest_step", *NOTES), entry)
+        self.reject_unknown_keys(table, keys.EFFECT, entry)
         self.notes(table, entry)
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
@@ -97,11 +89,11 @@ class _Reader(Tables):
         return Effect(id, text, group, parameters, forms, longest)
 
     def notes(self, table: dict[str, Any], entry: str) -> None:
-        for key in NOTES:
+        for key in keys.NOTES:
             self.get(table, entry, key, str, "")
 
     def form(self, table: dict[str, Any], entry: str) -> Form:
-        self.reject_unknown_keys(table, ("id", "text", "parameter"), entry)
+        self.reject_unknown_keys(table, keys.FORM, entry)
         id, text = (self.get(table, entry, key, str) for key in ("id", "text"))
         parameters = tuple(
             replace(self.parameter(p, entry), shape=True) for p in self.tables(table, entry, "parameter")
@@ -116,8 +108,7 @@ class _Reader(Tables):
         return Form(id, text, parameters)
 
     def curve(self, table: dict[str, Any], entry: str) -> Curve:
-        keys = ("id", "text", "effects", "x", "y", "knots", "knots_of", "parameters", "prior", "formula", "names")
-        self.reject_unknown_keys(table, keys, entry)
+        self.reject_unknown_keys(table, keys.CURVE, entry)
         id, text, x, y = (self.get(table, entry, key, str) for key in ("id", "text", "x", "y"))
         knots, parameters = tuple(self.numbers(table, entry, "knots")), self.strings(table, entry, "parameters")
         if len(knots) < 3 or any(b <= a for a, b in pairwise(knots)):
@@ -135,12 +126,11 @@ class _Reader(Tables):
         return Curve(id, text, effects, x, y, knots, parameters, prior, knots_of, formula, names)
 
     def sensor(self, table: dict[str, Any], entry: str) -> SensorEffect:
-        keys = ("id", "text", "group", "quantity", "neutral", "bounds", "prior", "form", *NOTES)
-        self.reject_unknown_keys(table, keys, entry)
+        self.reject_unknown_keys(table, keys.SENSOR, entry)
         self.notes(table, entry)
         id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
-        if quantity not in QUANTITIES:
-            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(QUANTITIES)}")
+        if quantity not in keys.QUANTITIES:
+            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(keys.QUANTITIES)}")
         neutral, low, high, prior = self.range(table, entry)
         if neutral != (right := 1.0 if quantity == "scale" else 0.0):
             raise self.error(f"{entry}: 'neutral' = {neutral:g}; a {quantity} is absent at {right:g}")
@@ -151,10 +141,10 @@ class _Reader(Tables):
         return SensorEffect(id, text, group, quantity, neutral, low, high, prior, tuple(forms))
 
     def sensor_form(self, table: dict[str, Any], entry: str) -> SensorForm:
-        self.reject_unknown_keys(table, ("id", "text", "quantity", "neutral", "bounds", "prior", "starts"), entry)
+        self.reject_unknown_keys(table, keys.SENSOR_FORM, entry)
         id, text, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "quantity"))
-        if quantity not in SHAPES:
-            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(SHAPES)}")
+        if quantity not in keys.SHAPES:
+            raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(keys.SHAPES)}")
         neutral, low, high, prior = self.range(table, entry)
         starts = tuple(self.numbers(table, entry, "starts"))
         if not all(low <= v <= high and v != neutral for v in starts) or not starts:
@@ -162,14 +152,14 @@ class _Reader(Tables):
         return SensorForm(id, text, SensorFormParameter(quantity, neutral, low, high, prior, starts))
 
     def base(self, table: dict[str, Any], entry: str) -> Base:
-        self.reject_unknown_keys(table, ("parameter", "tolerance"), entry)
+        self.reject_unknown_keys(table, keys.BASE, entry)
         tolerance = self.number(table, entry, "tolerance")
         if not 0.0 < tolerance < 1.0:
             raise self.error(f"{entry}: 'tolerance' = {tolerance:g} has to lie between 0 and 1")
         return Base(self.get(table, entry, "parameter", str), tolerance)
 
     def region(self, table: dict[str, Any], entry: str) -> Region:
-        self.reject_unknown_keys(table, ("text", "signal", "above", "below", "rate", "size"), entry)
+        self.reject_unknown_keys(table, keys.REGION, entry)
         limits: dict[str, float] = {key: self.number(table, entry, key) for key in ("above", "below") if key in table}
         if not limits:
             raise self.error(f"{entry}: needs 'above' or 'below'")
@@ -180,14 +170,14 @@ class _Reader(Tables):
         return Region(text, signal, limits.get("above", -inf), limits.get("below", inf), rate, size)
 
     def experiment(self, table: dict[str, Any], entry: str) -> Experiment:
-        self.reject_unknown_keys(table, ("parameter", "values"), entry)
+        self.reject_unknown_keys(table, keys.EXPERIMENT, entry)
         values = tuple(self.numbers(table, entry, "values"))
         if not values:
             raise self.error(f"{entry}: 'values' is empty")
         return Experiment(self.get(table, entry, "parameter", str), values)
 
     def measurable(self, table: dict[str, Any], entry: str) -> Measurable:
-        self.reject_unknown_keys(table, ("connector", "noise_std"), entry)
+        self.reject_unknown_keys(table, keys.MEASURABLE, entry)
         return Measurable(self.get(table, entry, "connector", str), self.above_zero(table, entry, "noise_std"))
 
 
@@ -198,8 +188,7 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
 
 def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     reader = _Reader()
-    tables = ("effect", "curve", "sensor", "base", "region", "experiment", "measurable", "estimation")
-    reader.reject_unknown_keys(data, ("schema", *tables), shown)
+    reader.reject_unknown_keys(data, keys.CATALOGUE, shown)
     if data.get("schema", SCHEMA) != SCHEMA:
         raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
 
@@ -226,7 +215,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     if not ids:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
-    reader.reject_unknown_keys(estimation, ("parameters",), f"{shown}: estimation")
+    reader.reject_unknown_keys(estimation, keys.ESTIMATION, f"{shown}: estimation")
     return Catalogue(
         effects,
         sensors,

@@ -47,7 +47,8 @@ bounds = [0.0, {most:.3g}]        # [s]; usual: 1.5 sample intervals
 prior = {usual:.3g}
 """
 
-HEAD = """# What the machine may have and the model lacks, as parameters of the FMUs. Format: docs/gap.md.
+HEAD = """#:schema ./effects.schema.json
+# What the machine may have and the model lacks, as parameters of the FMUs. Format: docs/gap.md.
 # neutral: exactly absent; prior: the usual size; bounds: the range of a fit.
 
 schema = 1

@@ -14,7 +14,9 @@ from typing import Any
 from ...core.console import conclude
 from ...core.errors import CosimError, OutputError, UsageError
 from ...core.files import make_folder, writing
+from ...core.json_schema import write_schema
 from ...master.simulation.session import Session
+from ..campaign.keys import SCHEMAS
 from ..campaign.read import read
 from .ask import ask_all
 from .draft import Draft, RunDraft
@@ -88,6 +90,9 @@ def write(draft: Draft, package: Path, folder: Path, force: bool) -> tuple[Path,
             write_copy(source, draft.used, part)
             _replace(part, folder / name)
         files.append(name or _relative(source.file, folder))
+    for name, schema in SCHEMAS.items():
+        if draft.catalogue or name.startswith(Path(CAMPAIGN).stem):
+            write_schema(folder, name, schema)
     if draft.catalogue:
         _write(folder / EFFECTS, draft.catalogue)
     text = campaign_text(draft, _relative(package, folder), EFFECTS if draft.catalogue else None, files)

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from .draft import Draft, RunDraft, Unmatched
 from .toml_text import quoted, value, with_comment
 
-HEAD = """# Written by cosim-gap new. Why it has guessed so stands behind the lines; '# ?' begins a question.
+HEAD = """#:schema ./campaign.schema.json
+# Written by cosim-gap new. Why it has guessed so stands behind the lines; '# ?' begins a question.
 # Format: docs/gap.md. `cosim-gap check` draws it against the model and tells what looks wrong.
 """
 

@@ -1,8 +1,11 @@
 """A machine from its data sheet: units, what follows, what is refused, and the packages that come of it."""
 
+import json
 import shutil
+import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.fmus import cli
@@ -254,3 +257,13 @@ def test_every_key_is_in_the_docs():
     for table, keys in KEYS.items():
         for key in keys:
             assert f"| `[{table}] {key}` |" in page
+
+
+def test_an_editor_takes_the_example_and_marks_what_is_wrong(tmp_path, capsys):
+    assert cli.main(["schema", "--out", str(tmp_path)]) == 0
+    check = jsonschema.Draft7Validator(json.loads((tmp_path / "machine.schema.json").read_text()))
+    sheet = tomllib.loads(SHEET.read_text())
+    assert check.is_valid(sheet)
+    assert not check.is_valid({**sheet, "cylinder": {**sheet["cylinder"], "bohre": "63 mm"}})
+    assert not check.is_valid({**sheet, "pump": {}})
+    assert not check.is_valid({**sheet, "depth": []})

@@ -2,9 +2,12 @@
 
 import copy
 import json
+import tomllib
 
+import jsonschema
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.gap.campaign.keys import SCHEMAS
 from deepsea_cosim.gap.campaign.read import read, take
 from deepsea_cosim.gap.campaign.read_catalogue import parse
 
@@ -106,8 +109,23 @@ def survives(act):
     return False
 
 
+def accepted(name, text):
+    """Whether an editor finds nothing wrong with the text."""
+    return jsonschema.Draft7Validator(SCHEMAS[name]).is_valid(tomllib.loads(text))
+
+
+def agrees(name, texts, made):
+    """An editor marks nothing that can be read, and most of what cannot."""
+    marked = [not accepted(name, text) for text in texts]
+    assert not any(reads and mark for reads, mark in zip(made, marked, strict=True))
+    assert sum(marked) > 0.7 * made.count(False)
+
+
 def test_catalogue():
-    made = [survives(lambda text=text: parse(text)) for text in mutants(take.parse(CATALOGUE, ""))]
+    texts = list(mutants(take.parse(CATALOGUE, "")))
+    made = [survives(lambda text=text: parse(text)) for text in texts]
+    assert accepted("effects.schema.json", CATALOGUE)
+    agrees("effects.schema.json", texts, made)
     assert parse(CATALOGUE).base
     assert made.count(False) > 0.8 * len(made) > 300
 
@@ -123,5 +141,8 @@ def test_campaign(tmp_path):
         return survives(lambda: read(path))
 
     assert reads(CAMPAIGN + MORE)
-    made = [reads(text) for text in mutants(take.parse(CAMPAIGN + MORE, ""))]
+    texts = list(mutants(take.parse(CAMPAIGN + MORE, "")))
+    made = [reads(text) for text in texts]
+    assert accepted("campaign.schema.json", CAMPAIGN + MORE)
+    agrees("campaign.schema.json", texts, made)
     assert made.count(False) > 0.8 * len(made) > 300
