@@ -21,6 +21,7 @@ ABOVE_ZERO: Schema = {"type": "number", "exclusiveMinimum": 0}
 NOT_NEGATIVE: Schema = {"type": "number", "minimum": 0}
 SWITCH: Schema = {"type": "boolean"}
 NUMBERS: Schema = {"type": "array", "items": NUMBER}
+TWO_NUMBERS: Schema = {**NUMBERS, "minItems": 2, "maxItems": 2}
 TEXTS: Schema = {"type": "array", "items": TEXT}
 SCALARS: Schema = {"type": "object", "additionalProperties": {"type": ["number", "boolean", "string"]}}
 """Numbers, switches and texts by any name."""

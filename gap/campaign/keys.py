@@ -11,6 +11,7 @@ from ...core.json_schema import (
     SWITCH,
     TEXT,
     TEXTS,
+    TWO_NUMBERS,
     Key,
     Keys,
     Schema,
@@ -81,7 +82,6 @@ QUANTITIES = ("bias", "scale", "lag", "delay", "drift", "curvature")
 SHAPES = ("split",)
 """What forms of a sensor's effect have beyond the plain one."""
 
-BOUNDS: Schema = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 NOTES: Keys = {
     "equation": Key(TEXT, "its equation, for people"),
     "source": Key(TEXT, "where the equation comes from, for people"),
@@ -95,7 +95,7 @@ _HEAD: Keys = {
 }
 _RANGE: Keys = {
     "neutral": Key(NUMBER, "the value at which it is exactly absent", needed=True),
-    "bounds": Key(BOUNDS, "least and greatest value", needed=True),
+    "bounds": Key(TWO_NUMBERS, "least and greatest value", needed=True),
     "prior": Key(ABOVE_ZERO, "usual deviation from neutral where a machine has the effect", needed=True),
 }
 _STARTS: Keys = {"starts": Key(NUMBERS, "values at which a fit of a shape begins, and at which a form shows")}

@@ -43,6 +43,11 @@ ENDING = 5.0
 """Time that it has to be terminated and freed [s]."""
 
 
+def supported() -> bool:
+    """Whether a process can inherit a pipe here, and be waited for (not on Windows)."""
+    return os.name == "posix" and hasattr(select, "poll")
+
+
 class IsolatedInstance(FmuInstance):
     """Stands for an instance that lives in another process."""
 

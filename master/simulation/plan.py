@@ -15,7 +15,7 @@ from ..algorithms.method import Method
 from ..coupling.initialisation import parameter_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..engine import step_threads
-from ..isolation.isolated import IsolatedInstance
+from ..isolation.isolated import IsolatedInstance, supported
 from ..options import Options
 from ..results import check_writable
 from ..results.columns import RecordLayout
@@ -150,6 +150,8 @@ def check_options(options: Options) -> None:
     check_log(options)
     if options.resume is not None and options.check_step:
         raise UsageError("--check-step runs the whole time again and cannot be had with --resume")
+    if options.isolate and not supported():
+        raise UsageError("--isolate cannot be had on this system: FMUs run in the master's process (docs/platforms.md)")
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 
@@ -197,7 +199,7 @@ def _isolated(
     options: Options, method: Method, instances: dict[str, FmuInstance], interrupt: Interrupts
 ) -> dict[str, FmuInstance]:
     """The instances, all of them in processes of their own or those that keep others from stepping beside them."""
-    able = options.parallel and method.needs_state is None
+    able = options.parallel and method.needs_state is None and supported()
 
     def apart(instance: FmuInstance) -> bool:
         return instance.is_foreign and (options.isolate or (able and instance.runs_in_python))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -73,6 +74,8 @@ def make_plan(request: SweepRequest) -> SweepPlan:
             raise UsageError(f"--vary {axis.name}=...: the table has a column of that name; name its component, too")
     if request.dask is not None and request.case_time is not None:
         raise UsageError("--case-time: a process of a Dask cluster cannot be ended from here; leave one of them out")
+    if request.case_time is not None and not hasattr(signal, "setitimer"):
+        raise UsageError("--case-time: this system has no timers for it (docs/platforms.md); leave it out")
     from ...master.algorithms import choose_method
     from ...master.simulation.session import Session
     from ...master.simulation.time_grid import time_grid

@@ -150,3 +150,13 @@ def test_a_strange_manifest_makes_nobody_remove_anything(fmus, tmp_path, manifes
 def test_what_is_no_path_is_one_line(tmp_path, wrong):
     with pytest.raises(UsageError, match="is no path"):
         simulate(wrong, tmp_path / "out")
+
+
+def test_systems_that_cannot_isolate_say_so(monkeypatch):
+    from deepsea_cosim.master.isolation import isolated
+    from deepsea_cosim.master.simulation.plan import check_options
+
+    check_options(Options(isolate=True))
+    monkeypatch.delattr(isolated.select, "poll")
+    with pytest.raises(UsageError, match="--isolate cannot be had on this system"):
+        check_options(Options(isolate=True))
