@@ -5,8 +5,8 @@ from __future__ import annotations
 import ctypes
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from .errors import OutputError
@@ -19,6 +19,28 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A place beside a file to write its successor to, which takes the file's place at once when it is complete; what
+    was there stays if that fails. Raises `OutputError`, as `writing` does."""
+    part = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        with writing(path):
+            yield part
+            part.replace(path)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def write_together(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts into files of a folder, by name: none takes its place before all are complete. Raises
+    `OutputError`."""
+    with ExitStack() as stack:
+        for name, text in texts.items():
+            stack.enter_context(replacing(folder / name)).write_text(text, encoding="utf-8")
 
 
 def changed(path: Path) -> int:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .files import make_folder, writing
+from .files import make_folder, replacing
 
 Schema = dict[str, Any]
 
@@ -67,8 +67,8 @@ def write_schema(folder: Path, name: str, schema: Schema) -> Path:
     """Write a schema into a folder, whatever is there by that name."""
     make_folder(folder)
     target = folder / name
-    with writing(target):
-        target.write_text(json.dumps(schema, indent=1) + "\n", encoding="utf-8")
+    with replacing(target) as part:
+        part.write_text(json.dumps(schema, indent=1) + "\n", encoding="utf-8")
     return target
 
 

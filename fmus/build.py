@@ -20,12 +20,13 @@ import uuid
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
 from ..core.errors import PackageError, UsageError, install
-from ..core.files import make_folder
+from ..core.files import make_folder, replacing
 from ..ssp import packer
 from .scenes import Files, scene_within, shipped_scene
 
@@ -128,7 +129,10 @@ def sources_of(model: Model) -> dict[str, bytes]:
 
 
 def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) -> None:
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+    with (
+        nullcontext(target) if isinstance(target, io.BytesIO) else replacing(target) as place,
+        zipfile.ZipFile(place, "w", zipfile.ZIP_DEFLATED) as archive,
+    ):
         for name, content in files:
             entry = zipfile.ZipInfo(name, FIXED_DATE)
             entry.external_attr = (0o100755 if name.endswith(".so") else 0o100644) << 16  # for `unzip`
@@ -289,8 +293,7 @@ def build_fmu(
             kernels = _compiled_kernels(draft, package, scratch / "kernels")
             files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
         target = folder / f"{model.name}.fmu"
-        _write_zip(target.with_suffix(".part"), files.items())
-        target.with_suffix(".part").replace(target)
+        _write_zip(target, files.items())
     return target
 
 

@@ -170,11 +170,12 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _cross_check(options: argparse.Namespace) -> int:
+    from ..core.files import write_together
     from .cross_check import cross_check, summary, table
 
     found = cross_check(options.fmu, options.out)
     text = table(found)
-    (options.out / "cross-check.md").write_text(text + "\n")
+    write_together(options.out, {"cross-check.md": text + "\n"})
     conclude(
         options, lambda: {"folder": options.out, "fmus": summary(found)},
         lambda: [text, "", f"files in {options.out}"],

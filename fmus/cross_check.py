@@ -26,7 +26,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core.errors import PackageError
-from ..core.files import make_folder
+from ..core.files import make_folder, replacing
 from .arm_case import arm_in
 from .build import CONTAINER, HERE, MODELS, PLATFORM, c_compiler, interpreter
 
@@ -339,7 +339,8 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
 
 def _write(path: Path, names: Sequence[str], rows: np.ndarray) -> None:
     lines = [",".join(f'"{name}"' for name in names), *(",".join(f"{x!r}" for x in row) for row in rows.tolist())]
-    path.write_text("\n".join(lines) + "\n")
+    with replacing(path) as part:
+        part.write_text("\n".join(lines) + "\n")
 
 
 def _readme(name: str) -> str:

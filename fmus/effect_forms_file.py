@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..core.errors import OutputError
-from ..core.files import make_folder, writing
+from ..core.files import make_folder, replacing, writing
 
 NAME = "effect_forms.py"
 
@@ -17,5 +17,6 @@ def write(folder: Path) -> Path:
     with writing(target):
         if target.exists() and target.read_text(encoding="utf-8", errors="replace") != text:
             raise OutputError(f"{target}: is there already and is another one; move it away, or choose another --out")
-        target.write_text(text, encoding="utf-8")
+        with replacing(target) as part:
+            part.write_text(text, encoding="utf-8")
     return target

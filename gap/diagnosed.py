@@ -11,7 +11,7 @@ from typing import Any
 
 from ..core.cli import need
 from ..core.figures import in_notebooks
-from ..core.files import make_folder
+from ..core.files import make_folder, write_together
 from .campaign.campaign import Campaign
 from .problem.stop import StopToken
 from .report.signals import Signals
@@ -87,7 +87,7 @@ def diagnose_into(
     from .diagnose import diagnose
     from .report.collect import collect
     from .result.read import load_earlier
-    from .result.write import write
+    from .result.write import texts
 
     place = campaign.file if isinstance(campaign, Campaign) else Path(campaign)
     folder = place.parent / "diagnosis" if folder is None else folder
@@ -103,12 +103,11 @@ def diagnose_into(
             read_campaign, executor, on_stage, progress, processes, stop, on_finding=on_finding, earlier=earlier
         )
         on_end()
-        data = write(d, folder)
+        data, made = texts(d)
         signals = collect(d.state)
-        files = ["diagnosis.json", "calibrated.ssv"]
         if report:
-            from .report import write_report
+            from .report import render
 
-            write_report(data, signals, folder)
-            files.append(REPORT)
-    return Diagnosed(folder, data, signals, tuple(files))
+            made[REPORT] = render(data, signals)
+        write_together(folder, made)
+    return Diagnosed(folder, data, signals, tuple(made))

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import make_folder, writing
+from ..core.files import make_folder, replacing
 from ..core.units import convert, unit
 from ..master.simulation.session import Session
 from .campaign.campaign import CampaignError, Channel, si, unit_in_fmu
@@ -157,9 +157,9 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
         for run in runs:
             session.values({**run.parameters, **hidden})
         make_folder(folder)
-        with writing(folder):
+        with replacing(folder / "answer.toml") as part:
             answer = "[truth]\n" + "".join(f'"{k}" = {_toml(v)}\n' for k, v in truth.items())
-            (folder / "answer.toml").write_text(answer, encoding="utf-8")
+            part.write_text(answer, encoding="utf-8")
         rng = np.random.default_rng(seed)
         for run in runs:
             t, rows = _converged(session, [c.connector for c in channels], run.stop, {**run.parameters, **hidden})
@@ -169,14 +169,14 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
                 y = sensors.get(c.connector, Sensor()).observe(t, signal, run.times)
                 y = y + rng.normal(0.0, c.noise_std or 0.0, len(y))
                 columns.append((y - unit(c.unit).offset) / unit(c.unit).factor)
-            with writing(folder / run.file), (folder / run.file).open("w", newline="", encoding="utf-8") as file:
+            with replacing(folder / run.file) as part, part.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["time", *(c.column for c in channels)])
                 writer.writerows([f"{v:.9g}" for v in row] for row in np.column_stack(columns))
             say(f"{folder / run.file}  {len(columns[0])} samples")
     target = folder / "campaign.toml"
-    with writing(target):
-        target.write_text("\n".join([*head, *_tail(data, runs)]) + "\n", encoding="utf-8")
+    with replacing(target) as part:
+        part.write_text("\n".join([*head, *_tail(data, runs)]) + "\n", encoding="utf-8")
     say(str(target))
     return target
 

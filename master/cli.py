@@ -308,7 +308,7 @@ def _simulate(
                 plotter.append(stack.enter_context(Plotter()))
             show(done, total)
 
-        result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang)
+        result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang, say=_note)
         states = [saved["file"]] if (saved := result.summary.get("saved_state")) else []
         files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json", *states]
         if plotter:
@@ -319,6 +319,10 @@ def _simulate(
             else:
                 files.append("overview.png")
     return result, files
+
+
+def _note(text: str) -> None:
+    print(f"cosim-master: {text}", file=sys.stderr)
 
 
 def _page(folder: Path, display: DisplayUnits) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from lxml import etree
 
 from ..core.errors import PackageError
+from ..core.files import replacing
 from .document import SSC, SSD
 
 TYPES = {
@@ -88,11 +89,9 @@ def write(root: etree._Element, target: Path, files: Mapping[str, Path]) -> Path
     etree.indent(root, "  ")
     text = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_suffix(".part")
-    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as package:
+    with replacing(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as package:
         package.writestr("SystemStructure.ssd", text)
         for name, path in files.items():
             stored = path.suffix == ".fmu" or name.endswith(".toml")
             package.write(path, name, zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED)
-    part.replace(target)
     return target

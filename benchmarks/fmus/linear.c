@@ -350,7 +350,9 @@ static void crash_or_hang(int crash, int hang) {
 static int initialised(Model *m) {
     m->ready = 1;
     if (m->trouble == 14.0) m->fresh = 0;
-    return 0;
+    crash_or_hang(m->trouble == 23.0, m->trouble == 24.0);
+    if (m->trouble == 25.0) exit(0);
+    return m->trouble == 26.0 ? 3 : 0;
 }
 static int terminate(Model *m) { crash_or_hang(m->trouble == 17.0, m->trouble == 18.0); return 0; }
 static void release(Model *m) { crash_or_hang(m->trouble == 19.0, 0); free(m); }

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.files import writing
+from ...core.files import replacing
 from ...core.units import unit
 from ..campaign.campaign import Channel, si
 from ..measurements.table import split_unit
@@ -46,8 +46,8 @@ def draw(problem: Problem, nominal: np.ndarray, target: Path) -> bool:
     width, height = figure.get_size_inches()
     figure.suptitle(_plain(campaign.name), fontsize=10, x=0.02, ha="left", y=1.0 - 0.1 / height)
     figure.subplots_adjust(0.85 / width, 0.45 / height, 1.0 - 0.1 / width, 1.0 - 0.55 / height, 0.2, 0.3)
-    with writing(target):
-        figure.savefig(target, pil_kwargs={"compress_level": 3})
+    with replacing(target) as part:
+        figure.savefig(part, pil_kwargs={"compress_level": 3})
     return True
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...core.console import conclude
 from ...core.errors import CosimError, OutputError, UsageError
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing, write_together
 from ...core.json_schema import write_schema
 from ...master.simulation.session import Session
 from ..campaign.keys import SCHEMAS
@@ -86,21 +86,18 @@ def write(draft: Draft, package: Path, folder: Path, force: bool) -> tuple[Path,
     for source, name in zip(sources, names, strict=True):
         if name is not None:
             make_folder((folder / name).parent)
-            part = folder / f"{name}.part"
-            write_copy(source, draft.used, part)
-            _replace(part, folder / name)
+            with replacing(folder / name) as part:
+                write_copy(source, draft.used, part)
         files.append(name or _relative(source.file, folder))
     for name, schema in SCHEMAS.items():
         if draft.catalogue or name.startswith(Path(CAMPAIGN).stem):
             write_schema(folder, name, schema)
     if draft.catalogue:
-        _write(folder / EFFECTS, draft.catalogue)
+        write_together(folder, {EFFECTS: draft.catalogue})
     text = campaign_text(draft, _relative(package, folder), EFFECTS if draft.catalogue else None, files)
-    part = folder / f"{CAMPAIGN}.part"
-    with writing(part):
+    with replacing(folder / CAMPAIGN) as part:
         part.write_text(text, encoding="utf-8")
-    faults = _faults(part) if draft.matches else ""
-    _replace(part, folder / CAMPAIGN)
+        faults = _faults(part) if draft.matches else ""
     return folder / CAMPAIGN, faults
 
 
@@ -123,18 +120,6 @@ def _relative(path: Path, folder: Path) -> str:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:
         return path.resolve().as_posix()
-
-
-def _write(target: Path, text: str) -> None:
-    part = target.with_name(f"{target.name}.part")
-    with writing(target):
-        part.write_text(text, encoding="utf-8")
-    _replace(part, target)
-
-
-def _replace(part: Path, target: Path) -> None:
-    with writing(target):
-        part.replace(target)
 
 
 def _faults(path: Path) -> str:

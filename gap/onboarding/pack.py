@@ -12,7 +12,7 @@ from typing import Any
 
 from ...core.console import conclude
 from ...core.errors import OutputError
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing
 from ..campaign.campaign import CampaignError
 from ..campaign.packed import CAMPAIGN, opened
 from ..campaign.read import read
@@ -52,13 +52,10 @@ def pack(path: Path, target: Path, force: bool = False) -> int:
         ]
         text = _renamed_text(file.read_text(encoding="utf-8-sig"), renamed)
         make_folder(target.parent)
-        part = target.with_name(f"{target.name}.part")
-        with writing(target):
-            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.writestr(CAMPAIGN, text)
-                for name, source in files.items():
-                    archive.write(source, name)
-            part.replace(target)
+        with replacing(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr(CAMPAIGN, text)
+            for name, source in files.items():
+                archive.write(source, name)
     return target.stat().st_size
 
 

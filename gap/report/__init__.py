@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, write_together
 from .page import render
 from .signals import Signals
 
@@ -26,8 +26,6 @@ def write_report(data: Mapping[str, Any], signals: Signals | None, folder: Path)
     `OutputError`.
     """
     text = render(data, signals)
-    target = folder / NAME
     make_folder(folder)
-    with writing(target):
-        target.write_text(text, encoding="utf-8")
-    return target
+    write_together(folder, {NAME: text})
+    return folder / NAME

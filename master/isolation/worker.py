@@ -52,6 +52,7 @@ class Worker:
         """Start of the step that is under way [s]; None before the initialisation."""
         if self.instance.message_log is not None:
             self.instance.message_log.clock = lambda: self.time
+            self.instance.message_log.open()  # before the master puts it in its place
         sizes = setup["buffer_sizes"]
         self.buffer = ValueBuffer(sizes["slots"][0], sizes["texts"][0], sizes["stages"])
         self.inputs = exchange.SignalBytes(setup["inputs"])

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...core.errors import UsageError
 from ..results import by_suffix
-from ..simulation.run_folder import PAGE, earlier
+from ..simulation.run_folder import PAGE, earlier, settle
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,7 @@ def read_record(path: Path) -> RunRecord:
 
 
 def _of_folder(folder: Path) -> RunRecord:
+    settle(folder)
     told = earlier(folder, "results", tuple(by_suffix()))
     names = dict.fromkeys([*([told] if told else []), *(f"results{suffix}" for suffix in by_suffix())])
     file = next((folder / name for name in names if (folder / name).exists()), None)

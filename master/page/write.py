@@ -12,7 +12,7 @@ from typing import Any
 
 from ...core.console import plain
 from ...core.display_units import DisplayUnits
-from ...core.files import writing
+from ...core.files import replacing
 from ...core.vendored import CHART_CODE, CHART_LICENCE, CHART_STYLE, vendored
 from .content import page_content
 from .record import RunRecord, read_record
@@ -38,10 +38,8 @@ def write_page(record: RunRecord | Path, display: DisplayUnits | None = None, ta
 
 def save(content: Mapping[str, Any], target: Path) -> Path:
     """Write a page, all or nothing."""
-    with writing(target):
-        part = target.with_name(f".{target.name}.part")
+    with replacing(target) as part:
         part.write_text(render(content), encoding="utf-8", errors="replace")
-        part.replace(target)
     return target
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.errors import OutputError, UsageError, install
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -29,23 +29,18 @@ def write_video(path: Path, pictures: Iterable[Image.Image], size: tuple[int, in
     import imageio_ffmpeg
 
     make_folder(path.parent)
-    part = path.with_name(f".{path.stem}.part.mp4")
-    try:
-        with closing(
-            imageio_ffmpeg.write_frames(
-                str(part), size, fps=fps, codec="libx264", quality=None, macro_block_size=2, ffmpeg_log_level="error",
-                output_params=["-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"],
-            )
-        ) as file:  # fmt: skip
-            file.send(None)
-            for picture in pictures:
-                file.send(picture.tobytes())
-        with writing(path):
-            part.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({' '.join(str(error).split())[-200:]})") from None
-    finally:
-        part.unlink(missing_ok=True)
+    how = {"codec": "libx264", "quality": None, "macro_block_size": 2, "ffmpeg_log_level": "error"}
+    more = ["-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"]
+    with replacing(path) as part:
+        try:
+            with closing(
+                imageio_ffmpeg.write_frames(str(part), size, fps=fps, output_params=more, **how)
+            ) as file:  # fmt: skip
+                file.send(None)
+                for picture in pictures:
+                    file.send(picture.tobytes())
+        except OSError as error:  # it says in many lines what went wrong
+            raise OutputError(f"{path}: cannot be written ({' '.join(str(error).split())[-200:]})") from None
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
@@ -57,10 +52,5 @@ def write_gif(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
     frames = [picture.quantize(255, way, dither=Image.Dither.NONE) for picture in pictures]
     ends = [round((k + 1) / fps / TICK) for k in range(len(frames))]
     shown = [max(1, end - begin) * round(1000 * TICK) for begin, end in zip([0, *ends], ends, strict=False)]
-    part = path.with_name(f".{path.stem}.part.gif")
-    try:
-        with writing(path):
-            frames[0].save(part, save_all=True, append_images=frames[1:], duration=shown, loop=0, optimize=False)
-            part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with replacing(path) as part:
+        frames[0].save(part, save_all=True, append_images=frames[1:], duration=shown, loop=0, optimize=False)

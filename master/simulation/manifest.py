@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.files import writing
+from ...core.files import replacing
 from ...core.versions import versions
 from ...ssp.flat_system import FlatSystem
 from .saved_state import state_file
@@ -93,6 +93,5 @@ def _arguments(options: Options) -> list[str]:
 
 def write_manifest(folder: Path, content: dict[str, Any]) -> None:
     """Write manifest.json."""
-    path = folder / "manifest.json"
-    with writing(path):
-        path.write_text(json.dumps(content, indent=2) + "\n")
+    with replacing(folder / "manifest.json") as part:
+        part.write_text(json.dumps(content, indent=2) + "\n")

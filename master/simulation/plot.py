@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -20,6 +21,7 @@ import numpy as np
 
 from ...core.display_units import DisplayUnits
 from ...core.errors import UsageError, did_you_mean
+from ...core.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,7 +105,8 @@ def signals_to_draw(result: Result, patterns: Sequence[str]) -> tuple[list[str],
 
 def draw(target: Path | BinaryIO, *what: Any, **more: Any) -> None:
     """Write a `figure` into a file."""
-    figure(*what, **more).savefig(target, pil_kwargs={"compress_level": 3})
+    with replacing(target) if isinstance(target, Path) else nullcontext(target) as place:
+        figure(*what, **more).savefig(place, format="png", pil_kwargs={"compress_level": 3})
 
 
 def figure(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
@@ -41,11 +41,13 @@ class Recording:
     def __init__(
         self, system: System, layout: RecordLayout, recorded_columns: Sequence[int], file: Path | None, every: int,
         energy: ResidualEnergy, held: HeldInputs, stride: int, constants: Sequence[Constant] = (), begin: int = 0,
+        on_first_rows: Callable[[], object] = lambda: None,
     ):  # fmt: skip
-        """every: of the rows that are written, the first being number `begin` of the run that it goes on with."""
+        """every: of the rows that are written, the first being number `begin` of the run that it goes on with;
+        on_first_rows: called once there are rows in the file."""
         self.system, self.layout, self.recorded_columns, self.every = system, layout, recorded_columns, every
         self.energy, self.held = energy, held
-        self._constants, self._begin = constants, begin
+        self._constants, self._begin, self._on_first_rows = constants, begin, on_first_rows
         self.columns = [*(layout.columns[i] for i in recorded_columns), *(c.column for c in constants)]
         """Of the result file."""
         self._writer: Writer | None = open_writer(file, self.columns) if file else None
@@ -136,6 +138,8 @@ class Recording:
             self._rest = None
             if (self._begin + self._flushed - 1) % self.every:
                 self._rest = self._table(times[-1:].copy(), rows[-1:].copy(), texts[-1:])
+        if first == 0:
+            self._on_first_rows()
         self._written = perf_counter()
         self._taken = self._written - begin
 
@@ -176,6 +180,11 @@ class Recording:
     def extremes(self) -> np.ndarray | None:
         """First, least, greatest and last value of each column (4, columns)."""
         return self._extremes
+
+    def moved_to(self, file: Path) -> None:
+        """The file has been put somewhere else."""
+        if self._writer is not None:
+            self._writer.path = file
 
     def finish(self) -> None:
         """The run came to its end, which is kept whatever `every` is."""

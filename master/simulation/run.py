@@ -40,7 +40,7 @@ from .manifest import manifest, write_manifest
 from .plan import Plan, make_plan
 from .recording import Recording, sample_stride
 from .result import Result
-from .run_folder import result_folder, write_summary
+from .run_folder import RunFolder, result_folder, write_summary
 from .saved_state import STATE_FILE
 from .start_up import DrivenInput, initialise, undriven, write_program
 from .state_saver import StateSaver, recall_feedthrough, restore
@@ -59,8 +59,11 @@ def run(
     progress: Callable[[int, int], None] = lambda *_: None,
     stride: int | None = None,
     on_hang: OnHang | None = None,
+    say: Callable[[str], object] = lambda text: None,
 ) -> Result:
     """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
+
+    What an earlier run left there is kept until this one has something to show; `say` is told of one that was killed.
 
     `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
     and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `on_hang` is
@@ -77,10 +80,10 @@ def run(
         plan = make_plan(package, options, stack, interrupt)
         run_identity = identity(plan) if options.saves or plan.resumed is not None else {}
         plan.remarks += check_resumed(plan, run_identity, folder)
-        stack.enter_context(result_folder(folder, options.results, options.log))
+        files = stack.enter_context(result_folder(folder, options.results, options.log, say))
         options = plan.options
-        write_manifest(folder, manifest(package, plan.network, options))
-        under_way = _Run(package, folder, plan, interrupt, on_hang, begin, run_identity)
+        write_manifest(files.place, manifest(package, plan.network, options))
+        under_way = _Run(package, files, plan, interrupt, on_hang, begin, run_identity)
         under_way.start(stack, log, stride)
         under_way.take_steps(progress)
         under_way.warn_of_late_loops()
@@ -95,11 +98,11 @@ class _Run:
     """A run under way: `start`, `take_steps`, `result`. Each part knows what is left on disk if it is the last."""
 
     def __init__(
-        self, package: Path, folder: Path, plan: Plan, interrupt: Interrupts,
+        self, package: Path, files: RunFolder, plan: Plan, interrupt: Interrupts,
         on_hang: OnHang | None, begin: float, run_identity: dict[str, Any],
     ):  # fmt: skip
         self._identity = run_identity
-        self.package, self.folder, self.options, self.plan = package, folder, plan.options, plan
+        self.package, self.files, self.options, self.plan = package, files, plan.options, plan
         self.interrupt, self._on_hang, self._begin = interrupt, on_hang, begin
         self.method = plan.method
         self.remarks = list(plan.remarks)
@@ -123,25 +126,27 @@ class _Run:
                 layout = plan.layout
                 self.energy = ResidualEnergy(bonds, layout.outputs, layout.inputs, slopes, interpolating)
                 held = HeldInputs(plan.system, layout.outputs, layout.inputs, interpolating, options.check_step)
-                self.file = self.folder / options.results if options.results else None
+                self.file = self.files.place / options.results if options.results else None
                 self.stride = stride or sample_stride(count, len(layout.columns))
                 taken = [layout.columns[i] for i in plan.recorded_columns]
                 self.recording = Recording(
                     plan.system, layout, plan.recorded_columns, self.file, options.record_every, self.energy, held,
                     self.stride, constants(plan.system, self.parameters, options.record_parameters, taken),
-                    plan.steps_before,
+                    plan.steps_before, self._show,
                 )  # fmt: skip
                 if plan.resumed is not None and options.resume is not None:
                     restore(plan.resumed, options.resume, plan.system, program)
         except CosimError as error:
-            self._write_failed_start("interrupted" if isinstance(error, Interrupted) else "failed", error)
+            kept = self._write_failed_start("interrupted" if isinstance(error, Interrupted) else "failed", error)
+            if kept:
+                error.args = (f"{error}{kept}",)
             raise
         stack.callback(self.recording.close)
         self._started = perf_counter()
         self.saver = None
         if options.saves:
             guarded = partial(self.interrupt.watching, self._abandon_saving)
-            self.saver = StateSaver(self.folder / STATE_FILE, plan, program, self._identity, guarded)
+            self.saver = StateSaver(self.files.place / STATE_FILE, plan, program, self._identity, guarded)
         self.loop = MacroSteps(
             plan, program, self.recording, self.method.input_hold == MEAN, options.realtime, self.saver
         )
@@ -153,7 +158,7 @@ class _Run:
         options = self.options
         self.message_log: MessageLog | None = None
         if options.log:
-            path = self.folder / options.log
+            path = self.files.place / options.log
             self.message_log = log = MessageLog(path, options.log_level or "info", options.log_categories)
             with writing(path):
                 log.begin()
@@ -175,6 +180,17 @@ class _Run:
             recall_feedthrough(plan.resumed, system)
         return write_program(system, self.method, driven)
 
+    def _show(self) -> None:
+        """There are rows in the result file: from now on it stands where it is looked for."""
+        self.files.show()
+        if self.file is not None:
+            self.file = self.files.folder / self.options.results
+            self.recording.moved_to(self.file)
+        if self.message_log is not None:
+            self.message_log.path = self.files.folder / self.options.log
+        if self.saver is not None:
+            self.saver.path = self.files.folder / STATE_FILE
+
     def take_steps(self, progress: Callable[[int, int], None]) -> None:
         """Take all steps, and write the summary however they end."""
         failure: CosimError | None = None
@@ -195,11 +211,17 @@ class _Run:
                 self.recording.flush()
         status = "interrupted" if isinstance(failure, Interrupted) else "failed" if failure else "ok"
         self.summary = self._summary("ended" if self.loop.ended_by is not None and not failure else status, failure)
+        kept = ""
         try:
-            write_summary(self.folder, self.summary)
+            if self.files.is_shown:
+                write_summary(self.files.folder, self.summary)
+            else:
+                kept = self.files.fail(self.summary)
         except OutputError:
             if failure is None:
                 raise
+        if failure and kept:
+            failure.args = (f"{failure}{kept}",)
         if failure:
             raise failure
 
@@ -223,13 +245,13 @@ class _Run:
         warnings = self.summary["warnings"]
         if fresh := [text for text in late if text not in warnings]:
             warnings += fresh
-            write_summary(self.folder, self.summary)
+            write_summary(self.files.folder, self.summary)
 
     def result(self) -> Result:
         """What is left behind."""
         system = self.plan.system
         return Result(
-            self.folder,
+            self.files.folder,
             self.summary,
             [c.name for c in self.plan.layout.columns],
             {**system.units(), **{c.name: c.unit for c in self.recording.columns if c.unit and c.name != "time"}},
@@ -339,17 +361,16 @@ class _Run:
         columns, names, nominals = zip(*outputs, strict=True) if outputs else ((), (), ())
         return divergence(names, nominals, sample[:, 0], sample[:, list(columns)])
 
-    def _write_failed_start(self, status: str, error: object) -> None:
-        """The summary of a run that has not begun."""
+    def _write_failed_start(self, status: str, error: object) -> str:
+        """Write the summary of a run that has not begun; returns what to say of an earlier result."""
         with suppress(OutputError):
-            write_summary(
-                self.folder, {"package": str(self.package), "status": status, "error": str(error), "steps": 0}
-            )
+            return self.files.fail({"package": str(self.package), "status": status, "error": str(error), "steps": 0})
+        return ""
 
     def _abandon_start(self, crash: str) -> None:
         error = self._hang_error("being loaded and initialised", crash)
-        self._write_failed_start("failed" if crash else "interrupted", error)
-        self._end_process(error)
+        kept = self._write_failed_start("failed" if crash else "interrupted", error)
+        self._end_process(type(error)(f"{error}{kept}"))
 
     def _abandon(self, runner: Runner, crash: str) -> None:
         start, step = self.plan.times.start, self.plan.times.step
@@ -364,7 +385,7 @@ class _Run:
         try:
             self.recording.flush()
             self.recording.close()
-            write_summary(self.folder, self._summary("failed" if crash else "interrupted", error))
+            write_summary(self.files.place, self._summary("failed" if crash else "interrupted", error))
         finally:
             self._end_process(error)
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import UsageError
-from ...core.files import writing
+from ...core.files import replacing
 
 STATE_FILE = "state.zip"
 """Its name in a result folder."""
@@ -64,20 +64,17 @@ def write_state(path: Path, state: SavedState) -> None:
         "texts": [{"hex": t.hex()} if isinstance(t, bytes) else t for t in state.texts], "memories": memories,
         "fmus": list(state.fmus),
     }  # fmt: skip
-    part = path.with_suffix(".part")
-    with writing(path):
-        with part.open("wb") as file:
-            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-                archive.writestr("state.json", json.dumps(head, indent=1))
-                archive.writestr("values.npy", _packed(state.values))
-                for i, arrays in enumerate(state.memories.values()):
-                    for k, array in enumerate(arrays.values()):
-                        archive.writestr(f"memory/{i}/{k}.npy", _packed(array))
-                for i, content in enumerate(state.fmus.values()):
-                    archive.writestr(f"fmu/{i}.bin", content)
-            file.flush()
-            os.fsync(file.fileno())  # a run of days is worth it
-        part.replace(path)
+    with replacing(path) as part, part.open("wb") as file:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            archive.writestr("state.json", json.dumps(head, indent=1))
+            archive.writestr("values.npy", _packed(state.values))
+            for i, arrays in enumerate(state.memories.values()):
+                for k, array in enumerate(arrays.values()):
+                    archive.writestr(f"memory/{i}/{k}.npy", _packed(array))
+            for i, content in enumerate(state.fmus.values()):
+                archive.writestr(f"fmu/{i}.bin", content)
+        file.flush()
+        os.fsync(file.fileno())  # a run of days is worth it
 
 
 def read_state(path: Path) -> SavedState:

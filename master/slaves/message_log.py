@@ -36,9 +36,10 @@ class MessageLog:
     def begin(self) -> None:
         """Make the file anew; raises `OSError`."""
         self.path.write_text(HEAD, encoding="utf-8")
-        self._open()
+        self.open()
 
-    def _open(self) -> int:
+    def open(self) -> int:
+        """The file's descriptor; raises `OSError`."""
         if self._file is None:
             self._file = os.open(self.path, os.O_WRONLY | os.O_APPEND)
         return self._file
@@ -59,7 +60,7 @@ class MessageLog:
         cells = "" if time is None else f"{time:.12g}", component, shown, category, message
         line = "\t".join(cell.replace("\t", " ").replace("\r", "").replace("\n", "\\n") for cell in cells)
         try:
-            os.write(self._open(), f"{line}\n".encode("utf-8", "replace"))
+            os.write(self.open(), f"{line}\n".encode("utf-8", "replace"))
         except OSError as error:
             self.fault = f"{self.path}: a message could not be written ({error.strerror}); those after it are missing"
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 
-from ...core.files import writing
+from ...core.files import write_together
 from .buildable import as_values
 from .search import Calibration
 
@@ -69,7 +70,7 @@ def write(folder: Path, rows: Sequence[Row], settings: Mapping[str, object]) -> 
         ],
         "depending": depending(rows),
     }  # fmt: skip
-    with writing(folder):
-        with (folder / "calibrations.csv").open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([HEAD, *(cells(r) for r in rows)])
-        (folder / "calibrations.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    table = io.StringIO()
+    csv.writer(table).writerows([HEAD, *(cells(r) for r in rows)])
+    together = {"calibrations.csv": table.getvalue(), "calibrations.json": json.dumps(content, indent=1) + "\n"}
+    write_together(folder, together)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import sys
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -13,7 +14,7 @@ from typing import Any
 
 from ...core.console import conclude, json_text, plain
 from ...core.errors import Interrupted, UnknownNameError, UsageError
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing, write_together
 
 SHOWN = 6
 """Cheapest designs that are listed."""
@@ -62,8 +63,8 @@ def envelope_command(options: argparse.Namespace) -> int:
     if not options.no_plots:
         from .plots import picture
 
-        with writing(folder / "envelope.png"):
-            picture(folder / "envelope.png", wanted, mapped, reach)
+        with replacing(folder / "envelope.png") as part:
+            picture(part, wanted, mapped, reach)
     files = ["envelope.csv", "envelope.json", *([] if options.no_plots else ["envelope.png"])]
 
     def lines() -> Iterator[str]:
@@ -134,13 +135,12 @@ def _write(
         "at": at,
         "cheapest": None if best is None else [{"cost": d.cost, "changes": list(d.changes)} for d in best],
     }  # fmt: skip
-    with writing(folder):
-        with (folder / "envelope.csv").open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            heads = f"{wanted.parameter} [{wanted.unit}]", "up to the high end", "not at", "runs fail"
-            writer.writerow([*(g.name for g in mapped), *heads])
-            writer.writerows(rows)
-        (folder / "envelope.json").write_text(json_text(content) + "\n", encoding="utf-8")
+    table = io.StringIO()
+    writer = csv.writer(table)
+    heads = f"{wanted.parameter} [{wanted.unit}]", "up to the high end", "not at", "runs fail"
+    writer.writerow([*(g.name for g in mapped), *heads])
+    writer.writerows(rows)
+    write_together(folder, {"envelope.csv": table.getvalue(), "envelope.json": json_text(content) + "\n"})
     return content
 
 

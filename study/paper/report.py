@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from ...core.files import writing
+from ...core.files import write_together
 from ...core.versions import versions
 from ..table1 import Result
 from .claims import Claim
@@ -55,8 +55,7 @@ def page(
         "made": f"cosim-study paper, {datetime.now():%Y-%m-%d %H:%M}, {told}",
     }  # fmt: skip
     text = Environment(autoescape=True).from_string(template).render(context)
-    with writing(path):
-        path.write_text(text, encoding="utf-8")
+    write_together(path.parent, {path.name: text})
 
 
 def _inside(path: Path) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.cli import need
 from ...core.console import conclude
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing, write_together
 
 if TYPE_CHECKING:
     from .claims import Claim
@@ -88,8 +88,7 @@ def paper_command(options: argparse.Namespace) -> int:
     title = "The same with the equations as printed"
     page(folder / "as_printed.html", title, lead, [WHY[0], *PLAIN], bare, plain, rows)
     content = {"claims": [asdict(c) for c in found], "as_printed": [asdict(c) for c in bare]}
-    with writing(folder / "claims.json"):
-        (folder / "claims.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_together(folder, {"claims.json": json.dumps(content, indent=1) + "\n"})
     told = f"{summary(found)} With the equations as printed {sum(c.holds for c in bare)} hold."
     files = ["report.html", "as_printed.html", "claims.json", "figures/"]
     conclude(
@@ -143,15 +142,16 @@ def _draw(
     made: dict[str, Path] = {}
     for number, figure in all_figures(lines, runs).items():
         made[number] = folder / f"figure_{number.zfill(2)}.png"
-        with writing(made[number]):
-            save(figure, made[number])
+        with replacing(made[number]) as part:
+            save(figure, part)
     remark = []
     if geometry is not None:
         states, animated = folder / "figure_10.png", folder / "run_11km.gif"
         try:
-            with writing(folder):
-                arm_pictures.states(geometry, states)
-                arm_pictures.animation(geometry, runs[DEEPEST], animated)
+            with replacing(states) as part:
+                arm_pictures.states(geometry, part)
+            with replacing(animated) as part:
+                arm_pictures.animation(geometry, runs[DEEPEST], part)
             made |= {"10": states, "run": animated}
         except NoPictures as error:
             remark.append(f"Figure 10 and the animation are missing: {error}")

@@ -13,7 +13,7 @@ from typing import Any
 from ...core.display_units import DisplayUnits, display_units
 from ...core.errors import UsageError, did_you_mean, install
 from ...core.figures import in_notebooks
-from ...core.files import make_folder, writing
+from ...core.files import make_folder, replacing, write_together
 from .request import SweepPlan, SweepRequest
 from .shown import Shown, shown_in
 
@@ -77,7 +77,6 @@ def run_sweep(
     from .table import FILES, rows, write
 
     make_folder(folder)
-    _forget(folder, FILES)
     with cluster(request.dask) as executor:
         entries = sweep(
             request.package, plan.cases, plan.settings, folder, executor, request.processes, progress,
@@ -85,6 +84,7 @@ def run_sweep(
         )  # fmt: skip
     table = rows(plan.cases, entries, plan.labels)
     path = write(table, folder, plan.units)
+    stale = [*_earlier_pictures(folder), *(name for name in FILES if name != path.name)]
     indices, silent = _indices(plan, table) if plan.kind else ({}, {})
     told = _summary(folder, request, plan, table, indices, [])
     pictures: list[str] = []
@@ -92,6 +92,9 @@ def run_sweep(
     if draws:
         pictures, undrawn = _pictures(folder, shown_in(plan, table, display or display_units(None)), plan, indices)
         told = _summary(folder, request, plan, table, indices, pictures)
+    for name in stale:
+        if name not in pictures:
+            (folder / name).unlink(missing_ok=True)
     return Sweep(folder, plan, table, path, indices, silent, pictures, undrawn, told)
 
 
@@ -108,18 +111,13 @@ def _indices(plan: SweepPlan, table: Sequence[Mapping[str, Any]]) -> tuple[dict[
     return told, {label: entry for label, entry in found.items() if isinstance(entry, str)}
 
 
-def _forget(folder: Path, tables: Sequence[str]) -> None:
-    """Remove table, summary and pictures of an earlier sweep in the folder: if this one is ended, they are not its."""
-    for name in tables:
-        (folder / name).unlink(missing_ok=True)
+def _earlier_pictures(folder: Path) -> list[str]:
+    """Names of the pictures of an earlier sweep in the folder."""
     try:
         earlier = json.loads((folder / SUMMARY).read_text(encoding="utf-8")).get("pictures", [])
     except (OSError, ValueError, AttributeError):
-        return
-    for name in earlier:
-        if isinstance(name, str) and name.endswith(".png") and name == Path(name).name:
-            (folder / name).unlink(missing_ok=True)
-    (folder / SUMMARY).unlink(missing_ok=True)
+        return []
+    return [n for n in earlier if isinstance(n, str) and n.endswith(".png") and n == Path(n).name]
 
 
 def _summary(
@@ -140,9 +138,7 @@ def _summary(
         "warnings": [{"case": row["case"], "what": row["warnings"]} for row in table if row["warnings"]],
         "sensitivities": indices, "versions": versions(),
     }  # fmt: skip
-    path = folder / SUMMARY
-    with writing(path):
-        path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_together(folder, {SUMMARY: json.dumps(content, indent=1) + "\n"})
     return content
 
 
@@ -161,12 +157,11 @@ def _pictures(
         while f"{name}.png" in made:
             name = f"{stem}_{made.index(f'{name}.png') + 2}"
         name += ".png"
-        with writing(folder / name):
-            try:
-                picture(folder / name, shown.axes, bool(plan.kind), shown.table, label, indices.get(label), shown.units)
-            except (ValueError, RuntimeError) as error:  # what matplotlib says of what it cannot draw
-                (folder / name).unlink(missing_ok=True)
-                undrawn[label] = " ".join(str(error).split())[:200]
-                continue
+        try:
+            with replacing(folder / name) as part:
+                picture(part, shown.axes, bool(plan.kind), shown.table, label, indices.get(label), shown.units)
+        except (ValueError, RuntimeError) as error:  # what matplotlib says of what it cannot draw
+            undrawn[label] = " ".join(str(error).split())[:200]
+            continue
         made.append(name)
     return made, undrawn

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ...core.files import writing
+from ...core.files import replacing
 from .cases import Case
 
 FILES = ("sweep.parquet", "sweep.csv")
@@ -39,11 +39,11 @@ def write(table: Sequence[Mapping[str, Any]], folder: Path, units: Mapping[str, 
         fields = [
             pyarrow.field(name, c.type, metadata={"unit": (units or {}).get(name, "")}) for name, c in columns.items()
         ]
-        with writing(path):
-            parquet.write_table(pyarrow.table(list(columns.values()), schema=pyarrow.schema(fields)), path)
+        with replacing(path) as part:
+            parquet.write_table(pyarrow.table(list(columns.values()), schema=pyarrow.schema(fields)), part)
         return path
     path = folder / FILES[1]
-    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(table[0]))
         writer.writeheader()
         writer.writerows(table)

@@ -176,17 +176,6 @@ def test_ctrl_c_keeps_what_was_recorded(toys, tmp_path):
     assert read_csv(tmp_path / "out")["time"][-1] == pytest.approx(summary["stop_time_s"], abs=2e-3)
 
 
-def test_a_failed_start_leaves_nothing_of_an_earlier_run(toys, tmp_path):
-    bomb = toys / "Bomb.fmu"
-    good = package(tmp_path / "good.ssp", {"a": bomb})
-    run(good, tmp_path / "out", Options(step=0.1))
-    bad = without_solution(tmp_path / "bad.ssp", bomb)
-    with pytest.raises(SimulationError):
-        run(bad, tmp_path / "out")
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
-    assert not (tmp_path / "out" / "results.csv").exists()
-
-
 def test_what_follows_a_loop_comes_after_it(toys, tmp_path):
     fmus = {"c": toys / "Bomb.fmu", "spring": toys / "Spring.fmu", "mass": toys / "Mass.fmu"}
     pack = package(tmp_path / "p.ssp", fmus, (*OSCILLATOR, "spring.F -> c.u"))

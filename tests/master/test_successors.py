@@ -1,0 +1,137 @@
+"""A run takes the place of an earlier one when it has something to show: before that the old one is whole, after that
+the new one, however the process ends."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.master.cli import main
+from deepsea_cosim.master.page.record import read_record
+from deepsea_cosim.master.results.blocks import whole
+from deepsea_cosim.master.simulation import run_folder
+from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.run_folder import FAILED, STAGE, last_time
+
+from ..packages import package, system
+from .parts import constant, two
+
+REFUSES_START, HANGS_AT_START = 26, 24
+
+
+@pytest.fixture
+def good(fmus, tmp_path):
+    return package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), {"resources/L.fmu": fmus[2]}, stop=1.0)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_a_start_that_fails_keeps_the_earlier_result(good, fmus, tmp_path):
+    out = tmp_path / "out"
+    run(good, out, Options(log="fmu.log"))
+    (out / "mine.txt").write_text("kept")
+    before = contents(out)
+    bad = two(tmp_path / "bad.ssp", fmus[2], REFUSES_START)
+    with pytest.raises(CosimError, match=r"the earlier result in .* is kept, .* of this run is in failed_start"):
+        run(bad, out, Options(log="fmu.log"))
+    after = contents(out)
+    failed = {name for name in after if name.startswith(FAILED)}
+    assert failed == {f"{FAILED}/{name}" for name in ("summary.json", "manifest.json", "fmu.log")}
+    assert {name: after[name] for name in set(after) - failed} == before
+    assert json.loads(after[f"{FAILED}/summary.json"])["status"] == "failed"
+    run(good, out)
+    assert set(contents(out)) == {"mine.txt", "summary.json", "manifest.json", "results.csv"}
+
+
+def test_a_start_that_fails_in_an_empty_folder_leaves_its_summary(fmus, tmp_path):
+    bad = two(tmp_path / "bad.ssp", fmus[2], REFUSES_START)
+    with pytest.raises(CosimError) as error:
+        run(bad, tmp_path / "out")
+    assert "earlier" not in str(error.value)
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "failed"
+
+
+@pytest.mark.parametrize("file", ["results.csv", "results.parquet", "deep/r.h5"])
+@pytest.mark.parametrize("done", range(9))
+def test_a_run_that_is_killed_as_it_takes_its_place_is_helped(good, tmp_path, monkeypatch, done, file):
+    """After so many of the moves and removals, the next one that looks finds the new run, whole."""
+    pytest.importorskip("pyarrow" if "parquet" in file else "h5py")
+    out, left = tmp_path / "out", [done]
+    run(good, out, Options(results="results.parquet" if done % 2 else file))
+    (out / "overview.png").write_text("old")
+    before = contents(out)
+
+    class Killed(BaseException):
+        pass
+
+    def dies(method):
+        def instead(*arguments, **more):
+            if left[0] == 0:
+                raise Killed
+            left[0] -= 1
+            return method(*arguments, **more)
+
+        return instead
+
+    monkeypatch.setattr(run_folder, "_forget", dies(run_folder._forget))
+    replace = Path.replace
+    monkeypatch.setattr(Path, "replace", lambda self, to: (dies(replace) if STAGE in str(self) else replace)(self, to))
+    monkeypatch.setattr(run_folder.shutil, "rmtree", lambda *_, **__: None)  # a killed process cleans nothing up
+    with suppress(Killed):
+        run(good, out, Options(results=file, changes=(("a.x0[1]", "3"),)))
+    monkeypatch.undo()
+    record = read_record(out)
+    after = {name: content for name, content in contents(out).items() if not name.startswith(STAGE)}
+    if after != before:
+        assert json.loads(after["manifest.json"])["options"]["changes"] == [["a.x0[1]", "3"]]
+        assert record.summary.get("changes", {"a.x0[1]": "3"}) == {"a.x0[1]": "3"}
+        assert float(whole(record.file)["a.y1"][-1]) == 3.0
+        assert "overview.png" not in after
+    run(good, out, Options(results=file))
+    assert not (out / STAGE).exists()
+
+
+def test_a_run_killed_in_its_set_up_is_told_by_the_next(good, fmus, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    before = contents(out)
+    hangs = two(tmp_path / "hangs.ssp", fmus[2], HANGS_AT_START)
+    running = subprocess.Popen([sys.executable, "-m", "deepsea_cosim.master.cli", str(hangs), "--out", str(out)])
+    until = time.monotonic() + 60
+    while not (out / STAGE / "manifest.json").exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    assert {name: c for name, c in contents(out).items() if not name.startswith(STAGE)} == before
+    capsys.readouterr()
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    assert "a run was killed before it had anything to show; what was there before is kept" in capsys.readouterr().err
+
+
+def test_a_run_killed_in_its_steps_leaves_its_record_up_to_a_time_that_is_told(fmus, tmp_path, capsys):
+    fmu = {"resources/L.fmu": fmus[2]}
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), fmu, stop=1e7, step=1e-2)
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(path), "--out", str(out), "--no-plot", "--quiet"]
+    running = subprocess.Popen([*command, "--record-every", "100"])
+    until = time.monotonic() + 60
+    while not ((out / "results.csv").exists() and (last_time(out / "results.csv") or 0.0) > 0.0):
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    time_kept = last_time(out / "results.csv")
+    assert main([str(path), "--out", str(out), "--no-plot", "--quiet", "--stop-time", "1"]) == 0
+    told = f"the run before was killed; its record, recorded up to t = {time_kept:g} s, stays"
+    assert told in capsys.readouterr().err
+    assert os.listdir(out).count("summary.json") == 1
