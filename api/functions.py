@@ -35,11 +35,12 @@ def simulate(
     >>> result = simulate("deepsea_11km.ssp", changes={"arm.load_weight": "1kN"})   # doctest: +SKIP
     >>> result.frame()["arm.x_h"].max(), result.summary["warnings"]                 # doctest: +SKIP
     """
+    from .core.files import name_of_results
     from .master.options import as_path, options_of
     from .master.simulation.run import run
 
     path = as_path("package", package)
-    folder = as_path("out", out) if out is not None else Path("results") / path.stem
+    folder = as_path("out", out) if out is not None else Path("results") / name_of_results(path)
     return run(path, folder, options_of(options), progress=progress)
 
 

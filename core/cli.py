@@ -11,8 +11,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
-from .console import json_text
+from . import ending
+from .console import escaping, json_text, one_line
 from .errors import CosimError, Interrupted, SimulationError, UsageError, install
+from .plain_numbers import plain_number, plain_whole
 from .scripts import end_if_loaded_again
 
 
@@ -95,7 +97,7 @@ def folder(text: str) -> Path:
 def positive(text: str) -> int:
     """An option's number of things, at least 1."""
     try:
-        value = int(text)
+        value = plain_whole(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number") from None
     if value < 1:
@@ -113,12 +115,20 @@ def natural(text: str) -> int:
 def seconds(text: str) -> float:
     """An option's time, above 0."""
     try:
-        value = float(text)
+        value = plain_number(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds") from None
     if not value > 0.0:
         raise argparse.ArgumentTypeError(f"{text}: it has to be positive")
     return value
+
+
+def decimal(text: str) -> float:
+    """An option's number."""
+    try:
+        return plain_number(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def add_processes(p: argparse.ArgumentParser, dask: bool = True) -> None:
@@ -136,16 +146,23 @@ def need(extra: str, *modules: str) -> None:
 
 
 def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted", as_json: bool = False) -> int:
-    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130.
+    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130, SIGTERM 143.
 
     as_json: the line is an object on standard output, too.
     """
     end_if_loaded_again()
+    with escaping(), ending.terminable():
+        from .scratch import sweep
 
+        sweep()
+        return _exit_code(command, work, interrupted, as_json)
+
+
+def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json: bool) -> int:
     def failed(text: str, code: int) -> int:
-        print(f"{command}: {text}", file=sys.stderr)
+        print(f"{command}: {one_line(text)}", file=sys.stderr)
         if as_json:
-            print(json_text({"error": text, "exit_code": code}))
+            print(json_text({"error": one_line(text), "exit_code": code}))
         return code
 
     try:
@@ -162,14 +179,17 @@ def exit_code(command: str, work: Callable[[], int], interrupted: str = "interru
         place = f"{error.filename}: " if error.filename else ""
         return failed(f"{place}{error.strerror or error}", 1)
     except CosimError as error:
-        code = 130 if isinstance(error, Interrupted) else 1 if isinstance(error, SimulationError) else 2
-        return failed(" ".join(str(error).splitlines()), code)
-    except KeyboardInterrupt:
-        return failed(interrupted, 130)
+        code = ending.code() if isinstance(error, Interrupted) else 1 if isinstance(error, SimulationError) else 2
+        return failed(str(error), code)
+    except KeyboardInterrupt as error:
+        by_request = isinstance(error, ending.Terminated)
+        told = interrupted.replace("interrupted", "asked to end (SIGTERM)") if by_request else interrupted
+        return failed(told, ending.code())
 
 
-def end_with(main: Callable[[], int], last: Callable[[], None]) -> NoReturn:
-    """A console script: run its main function, then `last`, and end the process at once.
+def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None) -> NoReturn:
+    """A console script: run its main function, then `last`, remove what it needed for a while, and end the process at
+    once.
 
     FMUs that are still loaded may crash while Python shuts down, and after a diagnosis that takes a second.
     """
@@ -186,6 +206,8 @@ def end_with(main: Callable[[], int], last: Callable[[], None]) -> NoReturn:
     except SystemExit as stop:
         code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     last()
+    if scratch := sys.modules.get(f"{__package__}.scratch"):
+        scratch.remove_all()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -4,10 +4,22 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Iterable, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO, cast
+
+LONGEST = 1000
+"""Characters of a message."""
+
+_CONTROLS = {
+    code: f"\\x{code:02x}" if code < 256 else f"\\u{code:04x}"
+    for code in (*range(32), *range(127, 160), *range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F)
+    if chr(code) not in "\n\r\t"
+}
+"""Control characters, and those that turn the direction of writing."""
 
 
 def add_output(p: argparse.ArgumentParser, quiet: bool = True) -> None:
@@ -36,6 +48,49 @@ def on_the_way(options: argparse.Namespace) -> Callable[[str], None]:
     if options.json or getattr(options, "quiet", False):
         return lambda text: None
     return lambda text: print(f"  {text}", flush=True)
+
+
+class Escaped:
+    """A stream in which control characters are written as \\x1b and the like, for names and messages of FMUs and
+    files may hold commands to a terminal. Line ends and what a progress bar needs go through."""
+
+    def __init__(self, stream: TextIO):
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """See `TextIO.write`."""
+        self._stream.write(escaped(text))
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """See `TextIO.writelines`."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextmanager
+def escaping() -> Iterator[None]:
+    """Around a command: what it prints is `Escaped`."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (cast(TextIO, Escaped(s)) if s is not None else s for s in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def escaped(text: str) -> str:
+    """A text with its control characters as people write them."""
+    return text.translate(_CONTROLS)
+
+
+def one_line(text: str) -> str:
+    """A message as one line of a length that can be read."""
+    line = " ".join(text.splitlines())
+    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
 
 
 def json_text(value: Any) -> str:

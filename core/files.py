@@ -43,6 +43,11 @@ def write_together(folder: Path, texts: Mapping[str, str]) -> None:
             stack.enter_context(replacing(folder / name)).write_text(text, encoding="utf-8")
 
 
+def name_of_results(package: Path) -> str:
+    """What a folder for the results of a package is called: its name, which may be nothing but dots."""
+    return package.stem.strip(". ") or "run"
+
+
 def changed(path: Path) -> int:
     """When a file was written last [ns]; 0 where that is not known."""
     try:

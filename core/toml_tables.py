@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import CosimError, did_you_mean
+from .regular import require_regular
 
 
 class Tables:
@@ -19,6 +20,7 @@ class Tables:
 
     def load(self, path: Path) -> dict[str, Any]:
         """The data of a TOML file."""
+        require_regular(path, self.error)
         try:
             return self.parse(path.read_text(encoding="utf-8-sig"), str(path))
         except OSError as error:

@@ -15,7 +15,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,6 +26,7 @@ from pathlib import Path
 
 from ..core.errors import PackageError, UsageError, install
 from ..core.files import make_folder, replacing
+from ..core.scratch import scratch
 from ..ssp import packer
 from .scenes import Files, scene_within, shipped_scene
 
@@ -205,14 +205,15 @@ def _kernels_ahead(model: Model, sources: Mapping[str, bytes]) -> dict[str, byte
 
     sources: modules of `fmus` that the model has another content of, as of `build_fmu`.
     """
-    with tempfile.TemporaryDirectory() as place:
-        environment = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": place}
-        command = ["-m", f"{__package__}.ahead", model.name, model.modules[0], place]
+    with scratch("kernels") as place:
+        cache = {"NUMBA_CACHE_DIR": str(place)}
+        environment = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", **cache}
+        command = ["-m", f"{__package__}.ahead", model.name, model.modules[0], str(place)]
         for name, content in sources.items():
-            (Path(place) / Path(name).name).write_bytes(content)
-            command.append(f"{Path(name).stem}={Path(place) / Path(name).name}")
+            (place / Path(name).name).write_bytes(content)
+            command.append(f"{Path(name).stem}={place / Path(name).name}")
         run_python(command, environment, f"{model.name}: its kernels cannot be compiled ahead")
-        return {name: (Path(place) / name).read_bytes() for name in ("kernels.so", "kernels.json")}
+        return {name: (place / name).read_bytes() for name in ("kernels.so", "kernels.json")}
 
 
 def interpreter() -> str:
@@ -272,9 +273,8 @@ def build_fmu(
     code = digest.hexdigest()[:12]
     package = f"deepsea_cosim_{code}"
     packed = [(f"{package}/{name}", content) for name, content in sources.items()]
-    with tempfile.TemporaryDirectory() as scratch_name:
-        scratch = Path(scratch_name)
-        files = _raw(model, version, package, packed, scratch)
+    with scratch("fmu") as place:
+        files = _raw(model, version, package, packed, place)
         # one identity for one content
         token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"deepsea-cosim/{model.name}/{code}"))
         description = files["modelDescription.xml"].decode()
@@ -286,11 +286,11 @@ def build_fmu(
         files |= {f"resources/replay/{name}": content for name, content in model.scene}
         if way.fmi == 2:
             files["resources/guid.txt"] = token.encode()
-            _add_front(model, files, scratch, say, way)
+            _add_front(model, files, place, say, way)
         if not way.standalone:
-            draft = scratch / f"{model.name}_draft.fmu"
+            draft = place / f"{model.name}_draft.fmu"
             _write_zip(draft, files.items())
-            kernels = _compiled_kernels(draft, package, scratch / "kernels")
+            kernels = _compiled_kernels(draft, package, place / "kernels")
             files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
         target = folder / f"{model.name}.fmu"
         _write_zip(target, files.items())
@@ -298,7 +298,7 @@ def build_fmu(
 
 
 def _raw(
-    model: Model, version: Version, package: str, packed: list[tuple[str, bytes]], scratch: Path
+    model: Model, version: Version, package: str, packed: list[tuple[str, bytes]], room: Path
 ) -> dict[str, bytes]:
     """The files of the FMU as pythonfmu makes it."""
     from .readme import page, readme
@@ -309,31 +309,31 @@ def _raw(
     entry = (HERE / "entry.py.in").read_text().replace("@ENTRY@\n", version.entry)
     for place, text in (("@PACKAGE@", package), ("@MODULE@", model.modules[0]), ("@CLASS@", model.name)):
         entry = entry.replace(place, text)
-    script = scratch / f"{model.name}_{package.rpartition('_')[2]}.py"
+    script = room / f"{model.name}_{package.rpartition('_')[2]}.py"
     script.write_text(entry)
-    (scratch / "code.zip").write_bytes(_zipped(packed))
-    documentation = scratch / "documentation"
+    (room / "code.zip").write_bytes(_zipped(packed))
+    documentation = room / "documentation"
     documentation.mkdir()
     told = model.text or readme(model.name)
     (documentation / "README.md").write_text(told)
     (documentation / "index.html").write_text(page(model.name, told), encoding="utf-8")
     # in a process of its own: the builder imports the script, and what it imports stays
-    script_name, place, code, pages = (str(p) for p in (script, scratch, scratch / "code.zip", documentation))
+    script_name, place, code, pages = (str(p) for p in (script, room, room / "code.zip", documentation))
     call = f"build_FMU({script_name!r}, {place!r}, [{code!r}], {pages!r})"
-    environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(scratch / "cache")}
+    environment = {**os.environ, "DEEPSEA_COSIM_CACHE": str(room / "cache")}
     command = f"from {version.builder} import FmuBuilder; FmuBuilder.{call}"
     run_python(["-c", command], environment, f"{model.name} cannot be built")
-    [raw] = scratch.glob("*.fmu")
+    [raw] = room.glob("*.fmu")
     with zipfile.ZipFile(raw) as archive:
         # the sources that pythonfmu3 adds are those of its own library
         return {name: archive.read(name) for name in archive.namelist() if not name.startswith("sources/")}
 
 
 def _add_front(
-    model: Model, files: dict[str, bytes], scratch: Path, say: Callable[[str], None], way: Way
+    model: Model, files: dict[str, bytes], room: Path, say: Callable[[str], None], way: Way
 ) -> None:
     """Put the front library before pythonfmu's, where there is one."""
-    if front := front_library(scratch):
+    if front := front_library(room):
         binaries = f"binaries/{PLATFORM}/{model.name}"
         files[f"{binaries}_pythonfmu.so"] = files[f"{binaries}.so"]
         for suffix, content in front.items():

@@ -7,13 +7,14 @@ oil column (docs/accuracy.md), and its interface is an experimental one of FMI 3
 from __future__ import annotations
 
 import io
-import tempfile
+import shutil
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 from ..core.errors import PackageError
-from ..core.files import make_folder
+from ..core.files import make_folder, replacing
+from ..core.scratch import scratch
 from ..core.units import conversion, unit
 from ..core.variables import VariableTable
 from ..ssp.flat_system import FlatSystem
@@ -27,8 +28,8 @@ SOURCES = {"hydraulics": "DeepseaHydraulics.fmu", "arm": "DeepseaArm.fmu"}
 
 def starts_of(package: Path, table: VariableTable) -> dict[str, float]:
     """Start values by name that a scenario's package sets. Raises `PackageError` for what is no such scenario."""
-    with tempfile.TemporaryDirectory() as scratch:
-        network = flatten(read(package, Path(scratch) / "ssp"))
+    with scratch("container") as place:
+        network = flatten(read(package, place / "ssp"))
         found = {path: flat_component.component.source for path, flat_component in network.components.items()}
         if {path: source.name for path, source in found.items()} != SOURCES:
             parts = " and ".join(PARTS)
@@ -92,7 +93,7 @@ def container(
     """Build the FMU of a scenario into `folder`, named like the package; returns its path."""
     starts = starts_of(package, DeepseaMachine.table)
     make_folder(folder)
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+    with scratch("container") as place, replacing(folder / f"{package.stem}.fmu") as part:
         own = {"fmus/starts.py": f"STARTS = {starts!r}\n".encode()} if starts else {}
-        made = build_fmu(CONTAINER, Path(scratch), say, way, own)
-        return made.replace(folder / f"{package.stem}.fmu")
+        shutil.copyfile(build_fmu(CONTAINER, place, say, way, own), part)
+    return folder / f"{package.stem}.fmu"

@@ -12,7 +12,6 @@ import math
 import shutil
 import subprocess
 import sys
-import tempfile
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -27,6 +26,7 @@ import numpy as np
 
 from ..core.errors import PackageError
 from ..core.files import make_folder, replacing
+from ..core.scratch import scratch
 from .arm_case import arm_in
 from .build import CONTAINER, HERE, MODELS, PLATFORM, c_compiler, interpreter
 
@@ -321,9 +321,9 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
         (folder / "README.md").write_text(_readme(fmu.stem))
         found[fmu.stem] = {}
         for name, run in IMPORTERS.items():
-            with tempfile.TemporaryDirectory() as scratch:
+            with scratch("cross-check") as place:
                 try:
-                    outcome = run(fmu, c, Path(scratch))
+                    outcome = run(fmu, c, place)
                 except Exception as error:  # whatever an importer says of an FMU that it cannot run
                     outcome = Outcome(remark=f"{type(error).__name__}: {' '.join(str(error).split())}")
             if outcome.values is not None:

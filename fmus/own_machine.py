@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from ..core.files import make_folder
+from ..core.scratch import scratch
 from ..core.variables import VariableTable
 from ..hydraulics_fmu.variables import HYDRAULICS
 from ..mechanics.variables import ARM
@@ -48,23 +48,22 @@ def build_machine(
     machine = read(sheet)
     make_folder(folder)
     system = system_folder("deepsea")
-    with tempfile.TemporaryDirectory() as place:
-        scratch = Path(place)
+    with scratch("machine") as place:
         needed = {folder / f"{model.name}.fmu": model for model in MODELS if model.name != "DeepseaSupply"}
         fmus = {f"resources/{path.name}": path for path in needed}
         old = [m for path, m in needed.items() if way is not None or not (path.is_file() and is_ours(path, m))]
         for path in build_fmus(old, folder, say, way):
             say(str(path))
-        catalogue = scratch / "effects.toml"
+        catalogue = place / "effects.toml"
         shipped = (system / "effects.toml").read_text(encoding="utf-8")
         catalogue.write_text(scaled_catalogue(shipped, scales(machine)), encoding="utf-8")
-        structure = scratch / "SystemStructure.ssd"
+        structure = place / "SystemStructure.ssd"
         text = (system / structure.name).read_text(encoding="utf-8")
         structure.write_text(re.sub(r'stopTime="[^"]*"', f'stopTime="{machine.stop:.4g}"', text), encoding="utf-8")
         made = []
         for depth in machine.depths:
             name = machine.name if len(machine.depths) == 1 else f"{machine.name}_{kilometres(depth)}"
-            values = scratch / f"{name}.ssv"
+            values = place / f"{name}.ssv"
             values.write_text(parameter_set(name, depth, machine), encoding="utf-8")
             target = folder / f"{name}.ssp"
             packer.pack(structure, values, fmus, target, {"resources/effects.toml": catalogue})

@@ -11,13 +11,13 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import tempfile
 from collections.abc import Iterator, Sequence
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
 from ..core.errors import PackageError
+from ..core.scratch import scratch
 
 HOME = "resources/python"
 """Where it lies in the FMU; Python's home."""
@@ -123,8 +123,8 @@ def _stripped(path: Path) -> bytes:
     """A file; a library without its symbols for debugging, where there is `strip`."""
     if ".so" not in path.name or ".libs" in str(path) or not shutil.which("strip"):
         return path.read_bytes()  # what auditwheel has patched does not survive it
-    with tempfile.TemporaryDirectory() as scratch:
-        copy = Path(scratch) / path.name
+    with scratch("library") as place:
+        copy = place / path.name
         shutil.copy(path, copy)
         subprocess.run(["strip", "--strip-unneeded", str(copy)], capture_output=True)
         return copy.read_bytes()

@@ -19,7 +19,8 @@ EXAMPLES = """examples:
   cosim-gap diagnose campaign/campaign.toml --out diagnosis
   cosim-gap diagnose campaign/campaign.toml --out diagnosis --resume    # after a stop, or with accept = [...]
 
-exit codes: 0 done, 1 the simulation had to stop (check: something looks wrong), 2 bad input, 130 interrupted
+exit codes: 0 done, 1 the simulation had to stop (check: something looks wrong), 2 bad input,
+130 interrupted (143 by SIGTERM)
 """
 
 
@@ -172,9 +173,6 @@ def command() -> NoReturn:
 
 
 def _last() -> None:
-    from ..master.cli import remove_unpacked
-
-    remove_unpacked()
     atexit._run_exitfuncs()  # or the pool's semaphores are told to be lost
 
 

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 
+from ..core import ending
 from ..core.console import conclude
 
 
@@ -29,7 +30,7 @@ def diagnose_command(options: argparse.Namespace) -> int:
         options, lambda: {"folder": found.folder, "files": found.files, "diagnosis": found.summary},
         lambda: lines(found.summary, found.signals, sys.stdout.encoding, files),
     )  # fmt: skip
-    return 130 if stop_condition.interrupted else 0
+    return ending.code() if stop_condition.interrupted else 0
 
 
 class _StopCondition:
@@ -44,15 +45,18 @@ class _StopCondition:
         return self.interrupted or time.monotonic() > self.until
 
     def __enter__(self) -> _StopCondition:
-        self._before = signal.signal(signal.SIGINT, self._first)
+        self._before = {kind: signal.signal(kind, self._first) for kind in (signal.SIGINT, signal.SIGTERM)}
         return self
 
     def __exit__(self, *_: object) -> None:
-        signal.signal(signal.SIGINT, self._before)
+        for kind, handler in self._before.items():
+            signal.signal(kind, handler)
 
-    def _first(self, *_: object) -> None:
+    def _first(self, number: int, _frame: object) -> None:
         self.interrupted = True
+        ending.note(number)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, self._before[signal.SIGTERM])
         print("\ncosim-gap: judging what has been found (Ctrl-C again: end without a result)", file=sys.stderr)
 
 

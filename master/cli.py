@@ -10,7 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..core.cli import OneLineParser, add_version, end_with, exit_code, folder, positive, seconds
+from ..core import ending
+from ..core.cli import OneLineParser, add_version, decimal, end_with, exit_code, folder, positive, seconds
 from ..core.console import add_output, conclude
 from .algorithms import DEFAULT, NAMES
 
@@ -39,7 +40,7 @@ commands (where no file has that name; each has a --help of its own):
   cosim-master replay results/plant                     the machine in motion
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
-130 interrupted
+130 interrupted by Ctrl-C, 143 by SIGTERM
 """
 
 COMMANDS = {"open": ".page.command", "compare": ".comparison.command", "replay": ".replay_cli"}
@@ -80,8 +81,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _add_run(run: argparse._ArgumentGroup) -> None:
-    run.add_argument("--step", metavar="S", type=float, help="macro step in seconds (default: the package's)")
-    run.add_argument("--stop-time", metavar="S", type=float, help="end in seconds (default: the package's)")
+    run.add_argument("--step", metavar="S", type=decimal, help="macro step in seconds (default: the package's)")
+    run.add_argument("--stop-time", metavar="S", type=decimal, help="end in seconds (default: the package's)")
     run.add_argument(
         "--set",
         metavar="component.parameter=value",
@@ -214,6 +215,7 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
 def _run(options: argparse.Namespace) -> int:
     from ..core.display_units import display_units
     from ..core.errors import PackageError, SimulationError, UsageError
+    from ..core.files import name_of_results
 
     try:
         exists = options.package.exists()
@@ -228,7 +230,7 @@ def _run(options: argparse.Namespace) -> int:
     settings, display = _settings(options), display_units(options.units)
     if options.check or options.info:
         return _look(options, settings)
-    folder = options.out or Path("results") / options.package.stem
+    folder = options.out or Path("results") / name_of_results(options.package)
     try:
         result, files = _simulate(options, settings, folder, display)
     except SimulationError:
@@ -238,7 +240,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.html:
         files += _page(folder, display)
     _conclude(options, result, files, display)
-    return {"failed": 1, "interrupted": 130}.get(result.summary.get("step_check", {}).get("status"), 0)
+    return {"failed": 1, "interrupted": ending.code()}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
 def _conclude(options: argparse.Namespace, result: Result, files: list[str], display: DisplayUnits) -> None:
@@ -297,16 +299,19 @@ def _simulate(
 
     from .simulation.plot import Plotter
     from .simulation.run import run
-    from .terminal import Progress
+    from .terminal import Estimate, Progress
 
     with ExitStack() as stack:
         plotter: list[Plotter] = []
-        show = Progress(options.quiet)
+        show = Progress(options.quiet or options.json)
+        record = folder / options.results if options.results else None
+        estimate = Estimate(lambda text: None if options.quiet else _note(text), record)
 
         def progress(done: int, total: int) -> None:
             if done == 0 and not options.no_plot:  # get ready while the simulation runs
                 plotter.append(stack.enter_context(Plotter()))
             show(done, total)
+            estimate(done, total)
 
         result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang, say=_note)
         states = [saved["file"]] if (saved := result.summary.get("saved_state")) else []
@@ -340,23 +345,17 @@ def _page(folder: Path, display: DisplayUnits) -> list[str]:
 def _on_hang(error: CosimError) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
     from ..core.errors import Interrupted
-    from .slaves.unpacked import remove_unpacked
+    from ..core.scratch import remove_all
 
     by_user = isinstance(error, Interrupted)
     print(f"cosim-master: {'interrupted: ' if by_user else ''}{error}", file=sys.stderr, flush=True)
-    remove_unpacked()
-    os._exit(130 if by_user else 1)
-
-
-def remove_unpacked() -> None:
-    """Remove the folders of the FMUs that were loaded, if any were."""
-    if unpacked := sys.modules.get(f"{__package__}.slaves.unpacked"):
-        unpacked.remove_unpacked()
+    remove_all()
+    os._exit(ending.code() if by_user else 1)
 
 
 def command() -> NoReturn:
     """The console script."""
-    end_with(main, remove_unpacked)
+    end_with(main)
 
 
 if __name__ == "__main__":

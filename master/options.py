@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..core.errors import UsageError, did_you_mean
+from ..core.plain_numbers import plain_number, plain_whole
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def as_time(name: str, value: Any) -> float:
     try:
         if isinstance(value, (bool, np.bool_)):
             raise TypeError
-        return float(value)
+        return plain_number(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError, OverflowError):
         _wrong(name, value, "number")
 
@@ -118,7 +119,7 @@ def _timeout(name: str, value: Any) -> float:
 
 def _count(name: str, value: Any) -> int:
     try:
-        number = int(value)
+        number = plain_whole(value) if isinstance(value, str) else int(value)
         if isinstance(value, (bool, np.bool_)) or (not isinstance(value, str) and number != value):
             raise ValueError
     except (TypeError, ValueError, OverflowError):

@@ -9,8 +9,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.cli import OneLineParser, exit_code, positive
+from ..core.cli import OneLineParser, decimal, exit_code, positive
 from ..core.console import add_output, conclude
+from ..core.plain_numbers import plain_number
 
 if TYPE_CHECKING:
     from ..core.display_units import DisplayUnits
@@ -23,7 +24,7 @@ EXAMPLES = """examples:
   cosim-master replay results/deepsea_11km --gif stroke.gif --speed 4
   cosim-master replay results/deepsea_11km results/deepsea_0km --video both.mp4    the second as a ghost
 
-exit codes: 0 done, 2 bad input or nothing to draw with, 130 interrupted
+exit codes: 0 done, 2 bad input or nothing to draw with, 130 interrupted (143 by SIGTERM)
 """
 
 VIDEO, GIF = ((1280, 720), 30.0), ((640, 360), 15.0)
@@ -55,7 +56,7 @@ def _ending(suffix: str) -> Callable[[str], Path]:
 
 def _view(text: str) -> tuple[float, float]:
     try:
-        azimuth, elevation = (float(part) for part in text.split(","))
+        azimuth, elevation = (plain_number(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}': expected azimuth,elevation in degrees, e.g. 90,-10") from None
     if not (math.isfinite(azimuth) and -89.0 <= elevation <= 89.0):
@@ -64,10 +65,7 @@ def _view(text: str) -> tuple[float, float]:
 
 
 def _above_zero(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number") from None
+    value = decimal(text)
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"{text}: it has to be positive")
     return value
@@ -86,8 +84,8 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--gif", metavar="FILE.gif", type=_ending(".gif"), help="write a GIF instead; both is possible")
     p.add_argument("--speed", metavar="X", type=_above_zero, default=1.0, help="times as fast as it was (default: 1)")
-    p.add_argument("--from", metavar="S", type=float, dest="begin", help="begin at this time in seconds")
-    p.add_argument("--to", metavar="S", type=float, dest="end", help="end at this time in seconds")
+    p.add_argument("--from", metavar="S", type=decimal, dest="begin", help="begin at this time in seconds")
+    p.add_argument("--to", metavar="S", type=decimal, dest="end", help="end at this time in seconds")
     p.add_argument("--size", metavar="WxH", type=_size, help="pixels (default: 1280x720 of a video, 640x360 of a GIF)")
     p.add_argument("--fps", metavar="N", type=positive, help="pictures a second (default: 30 of a video, 15 of a GIF)")
     p.add_argument("--view", metavar="A,E", type=_view, help="look from azimuth,elevation in degrees, e.g. 90,-10")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import isnan
 from pathlib import Path
+from shutil import disk_usage
 from time import perf_counter
 from typing import Any
 
@@ -17,6 +18,9 @@ from .simulation.trust import trust
 SHOWN, FILLED = 30, 12
 """Most signals in the table: those that are connected, and what the system gives; and lines up to which it is filled
 with outputs that nobody reads."""
+
+LOOK_AFTER, LONG, LARGE = 3.0, 60.0, 1e9
+"""Time after which a run's length is estimated [s]; time left [s] and size of its record [bytes] that are told."""
 
 BONDS = 3
 """Most power bonds that are listed, the worst first."""
@@ -41,6 +45,43 @@ class Progress:
         self._bar.update(done - self._bar.n)
         if done == total:
             self._bar.close()
+
+
+class Estimate:
+    """Says once, as soon as that is known, how long a run will take and how large its record becomes, where it is more
+    than a minute or a gigabyte."""
+
+    def __init__(self, say: Callable[[str], object], file: Path | None):
+        self._say, self._file = say, file
+        self._begin, self._is_told = perf_counter(), False
+
+    def __call__(self, done: int, total: int) -> None:
+        if done == 0:
+            self._begin = perf_counter()
+        elapsed = perf_counter() - self._begin
+        if self._is_told or done == 0 or elapsed < LOOK_AFTER:
+            return
+        self._is_told, say = True, self._say
+        left, size = elapsed * (total - done) / done, self._size() * total / done
+        if left > LONG or size > LARGE:
+            told = f", its record about {size / 1e9:.2g} GB" if size > LARGE else ""
+            say(f"{total} steps will take about {_duration(left)} more{told}")
+            if self._file is not None and size > (free := disk_usage(self._file.parent).free):
+                say(f"{self._file.parent}: only {free / 1e9:.2g} GB are free; --record and --record-every keep less")
+
+    def _size(self) -> float:
+        """Bytes that have been written."""
+        if self._file is None:
+            return 0.0
+        files = self._file.rglob("*") if self._file.is_dir() else [self._file]
+        return float(sum(path.stat().st_size for path in files if path.is_file()))
+
+
+def _duration(seconds: float) -> str:
+    for unit, length in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):
+        if seconds > 2.0 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 def report(result: Result, display: DisplayUnits) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 from lxml import etree
 
 from ..core.errors import PackageError, did_you_mean
+from ..core.plain_numbers import plain_number
 from .encoding import as_utf8
 
 SPACE = "http://ssp-standard.org/SSP1/SystemStructure"
@@ -95,7 +96,7 @@ class Document:
         if text is None:
             return default
         try:
-            value = float(text)
+            value = plain_number(text)
         except ValueError:
             raise self.error(element, f'{name}="{text}" is not a number') from None
         if not math.isfinite(value):

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, add_version, exit_code, folder, natural, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, decimal, exit_code, folder, natural, seconds
 from ..core.console import add_output
 from ..master.algorithms import DEFAULT, NAMES
 
@@ -19,7 +19,7 @@ EXAMPLES = """examples:
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
 
 exit codes: 0 done (failed cases are listed), 1 the simulation had to stop or every case failed, 2 bad input,
-130 interrupted (what a sweep or an envelope has done is kept)
+130 interrupted, 143 by SIGTERM (what a sweep or an envelope has done is kept)
 """
 
 PAPER_EXAMPLES = """examples:
@@ -76,8 +76,8 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all cases")
     s.add_argument("--stimuli", type=Path, metavar="FILE.csv",
                    help="series for the system's inputs in all cases: time, and a column an input")  # fmt: skip
-    s.add_argument("--step", type=float, metavar="S", help="macro step [s] (default: the package's)")
-    s.add_argument("--stop-time", type=float, metavar="S", help="end of the runs [s] (default: the package's)")
+    s.add_argument("--step", type=decimal, metavar="S", help="macro step [s] (default: the package's)")
+    s.add_argument("--stop-time", type=decimal, metavar="S", help="end of the runs [s] (default: the package's)")
     s.add_argument("--method", choices=NAMES, help=f"coupling: %(choices)s (default: the package's, else {DEFAULT})")
     s.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/sweep_NAME)")
     add_processes(s)
@@ -95,7 +95,9 @@ def parser() -> argparse.ArgumentParser:
     e.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario, or any with --options")
     e.add_argument("--options", type=Path, metavar="FILE.toml", help="requirements, choices and their costs (default: "
                    "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip
-    e.add_argument("--at", type=float, metavar="X", help="where the cheapest change has to hold (default: the far end)")
+    e.add_argument(
+        "--at", type=decimal, metavar="X", help="where the cheapest change has to hold (default: the far end)"
+    )
     e.add_argument("--set", metavar="NAME=VALUE", action="append", default=[], help="a parameter for all runs")
     e.add_argument("--out", type=folder, metavar="DIR", help="folder for the results (default: results/envelope_NAME)")
     add_processes(e)

@@ -61,7 +61,8 @@ EXIT_CODES = """Every command ends with one of these:
 | 1 | a simulation had to stop (what was recorded is kept), every case of a sweep failed, a check found something \
 wrong, `compare` found a difference |
 | 2 | bad input: one line says what, where and what to do; nothing was computed, nothing earlier is lost |
-| 130 | interrupted by Ctrl-C or SIGTERM; what was done is kept |
+| 130 | interrupted by Ctrl-C; what was done is kept |
+| 143 | asked to end by SIGTERM; what was done is kept |
 """
 
 

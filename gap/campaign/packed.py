@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...master.slaves.unpacked import remove_at_exit
+from ...core.scratch import scratch
 from ...ssp.archive import extract
 from .campaign import CampaignError
 
@@ -25,14 +24,10 @@ def opened(path: Path) -> Iterator[Path]:
     if not (path.is_file() and zipfile.is_zipfile(path)):
         yield path
         return
-    with tempfile.TemporaryDirectory(prefix="cosim_campaign_", ignore_cleanup_errors=True) as name:
-        forgotten = remove_at_exit(Path(name))
-        try:
-            folder = extract(path, Path(name) / path.stem)
-            found = [folder / CAMPAIGN, *sorted(folder.glob(f"*/{CAMPAIGN}"))]
-            campaign = next((p for p in found if p.is_file()), None)
-            if campaign is None:
-                raise CampaignError(f"{path}: holds no {CAMPAIGN}; cosim-gap pack writes such an archive")
-            yield campaign
-        finally:
-            forgotten()
+    with scratch("campaign") as place:
+        folder = extract(path, place / path.stem)
+        found = [folder / CAMPAIGN, *sorted(folder.glob(f"*/{CAMPAIGN}"))]
+        campaign = next((p for p in found if p.is_file()), None)
+        if campaign is None:
+            raise CampaignError(f"{path}: holds no {CAMPAIGN}; cosim-gap pack writes such an archive")
+        yield campaign

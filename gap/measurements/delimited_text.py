@@ -11,6 +11,7 @@ from typing import IO
 
 import numpy as np
 
+from ...core.plain_numbers import plain_number
 from ...core.repeated import repeated
 from ...core.unit_names import named
 from ..settings import FILE_LIMITS
@@ -44,14 +45,12 @@ class NumberReader:
         text = cell.strip()
         if not text:
             return nan
-        if "_" in text or not text.isascii():  # Python reads 1_0 and the digits of other scripts, too
-            raise ValueError(text)
         mark = "," if "," in text else "." if "." in text else None
         if mark is not None:
-            value = float(text.replace(",", ".")) if self.decimal in (None, mark) else float("no number")
+            value = plain_number(text.replace(",", ".") if self.decimal in (None, mark) else "no number")
             self.decimal = mark
             return value
-        return float(text)
+        return plain_number(text)
 
     def is_number(self, cell: str) -> bool:
         """Whether a cell has a number in it, or nothing."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import stat
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...core.regular import require_regular
 from . import delimited_text, matlab, mdf, parquet, tdms
 from .table import MeasurementError, MeasurementTable, TextFormat
 
@@ -45,7 +45,7 @@ def read_table(path: Path, form: TextFormat = TextFormat()) -> MeasurementTable:
     Raises `MeasurementError` for a file that is not a regular one (a device or a pipe may never end), that cannot be
     read, or whose library is not installed.
     """
-    require_regular(path)
+    require_regular(path, MeasurementError)
     try:
         with path.open("rb") as file:
             start = file.read(64)
@@ -58,14 +58,3 @@ def read_table(path: Path, form: TextFormat = TextFormat()) -> MeasurementTable:
         if start.startswith(begin):
             raise MeasurementError(f"{path}: {remedy}")
     return delimited_text.read(path, form)
-
-
-def require_regular(path: Path) -> None:
-    """Raise `MeasurementError` for a folder, a device, a pipe or what is not there."""
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError) as error:
-        raise MeasurementError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    if not stat.S_ISREG(mode):
-        kind = "folder" if stat.S_ISDIR(mode) else "pipe" if stat.S_ISFIFO(mode) else "device or socket"
-        raise MeasurementError(f"{path}: is a {kind}; measurements are read from regular files only")

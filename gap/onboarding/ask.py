@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from ...core.plain_numbers import plain_number
 from ...core.units import UNITS, unit
 from .columns import Match
 from .draft import Draft, RunDraft, Unmatched
@@ -111,7 +112,7 @@ def _base(draft: Draft, ask: Ask) -> Draft:
 
 def _is_share(text: str) -> bool:
     try:
-        return 0.0 < float(text) < 1.0
+        return 0.0 < plain_number(text) < 1.0
     except ValueError:
         return False
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.regular import require_regular
 from ..measurements.delimited_text import DELIMITERS, NumberReader
-from ..measurements.read_table import require_regular
 from ..measurements.table import FloatArray, MeasurementError
 from ..measurements.time_stamps import comparable, parse_time_stamp, seconds_since_first
 from ..settings import ONBOARDING
@@ -43,7 +43,7 @@ class RawTable:
 
 def read(path: Path) -> RawTable:
     """The columns of a text file. Raises `MeasurementError` where there is no table in it."""
-    require_regular(path)
+    require_regular(path, MeasurementError)
     try:
         data = path.read_bytes()
         if data.startswith(b"\x1f\x8b"):

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ...core.files import writing
-from ..measurements.read_table import FORMATS, read_table, require_regular
+from ...core.regular import require_regular
+from ..measurements.read_table import FORMATS, read_table
 from ..measurements.table import Column, FloatArray, MeasurementError, MeasurementTable, is_time, split_unit
 from ..settings import FILE_LIMITS
 from . import raw_text
@@ -72,7 +73,7 @@ def _stem(path: Path) -> str:
 
 
 def _is_text(path: Path) -> bool:
-    require_regular(path)
+    require_regular(path, MeasurementError)
     with path.open("rb") as file:
         begin = file.read(64)
     binary = any(begin.startswith(f.begins) or path.suffix.lower() in f.suffixes for f in FORMATS)

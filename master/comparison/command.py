@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.cli import OneLineParser, exit_code
+from ...core.cli import OneLineParser, decimal, exit_code
 from ...core.console import add_output, conclude
 from ...core.errors import UsageError
 
@@ -33,10 +33,7 @@ exit codes: 0 the same within the tolerance, 1 different, 2 bad input
 
 
 def _tolerance(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number") from None
+    value = decimal(text)
     if not 0.0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text}: it has to be 0 or more, a share of a signal's range")
     return value

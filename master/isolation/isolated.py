@@ -176,12 +176,12 @@ class IsolatedInstance(FmuInstance):
         assert self._process is not None
         code = self._process.wait()
         self._state = "lost"
-        how = f"with exit code {code}"
+        how = f"ended its process (exit code {code})"
         if code < 0:
             with contextlib.suppress(ValueError):
-                how = f"({signal.Signals(-code).name})"
+                how = f"crashed ({signal.Signals(-code).name})"
         where = f"in {self._current_call}{self._at()}"
-        return SimulationError(f"component '{self.name}' crashed {how} {where}", self._when())
+        return SimulationError(f"component '{self.name}' {how} {where}", self._when())
 
     def _kill(self) -> None:
         if self._process is not None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import atexit
 import multiprocessing
 import os
-import shutil
 import signal
 import sys
 import tempfile
@@ -28,10 +27,11 @@ import numpy as np
 
 from ...core.errors import CosimError, SimulationError, UsageError, install
 from ...core.files import changed
+from ...core.scratch import make_scratch, remove_all, remove_scratch
 from ...core.scripts import check_script, end_if_loaded_again, unguarded
 from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
-from ..slaves.unpacked import remove_at_exit, remove_unpacked
+from .last_words import last_words, leave_last_words
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,15 @@ class Failure:
     limit: float | None = None
 
 
+DIED = "the simulation's process died; an FMU may have crashed"
+
+
 class WorkerDied(SimulationError):
     """A process that simulates ended unasked, or (`late`) was ended because a run took longer than it may."""
 
     late = False
+    why = DIED
+    """What is known of the cause."""
 
 
 class Abandoned(Exception):
@@ -81,8 +86,6 @@ GRACE = 0.5
 
 STOP_POLL = 0.2
 """Time after which it is looked whether to stop [s]."""
-
-DIED = "the simulation's process died; an FMU may have crashed"
 
 
 _sessions: dict[tuple[str, tuple[str, ...]], tuple[Session, int]] = {}
@@ -144,8 +147,12 @@ def _free_sessions() -> None:
 
 def _end_cleanly(*_: object) -> None:
     _free_sessions()
-    remove_unpacked()
+    remove_all()
     os._exit(143)
+
+
+def _culprit(crash: str) -> str:
+    return next(filter(None, (opened.culprit(crash) for opened, _ in _sessions.values())), "")
 
 
 def _settle_in(scratch: str) -> None:
@@ -154,10 +161,9 @@ def _settle_in(scratch: str) -> None:
     from ..slaves.library import mark_instances
 
     sys.path[:] = [os.path.abspath(place) for place in sys.path]
-    folder = tempfile.mkdtemp(prefix="worker_", dir=scratch)
-    remove_at_exit(Path(folder))
+    folder = make_scratch("worker", Path(scratch))
     os.chdir(folder)
-    tempfile.tempdir = os.environ["TMPDIR"] = folder
+    tempfile.tempdir = os.environ["TMPDIR"] = str(folder)
     mark_instances(f"_{os.getpid()}")
 
 
@@ -166,6 +172,7 @@ def _quiet_worker(scratch: str) -> None:
     import threading
 
     _settle_in(scratch)
+    leave_last_words(Path(scratch), _culprit)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end_cleanly)
     parent = multiprocessing.parent_process()
@@ -173,7 +180,7 @@ def _quiet_worker(scratch: str) -> None:
     def follow() -> None:
         if parent is not None:
             parent.join()
-            remove_unpacked()
+            remove_all()
             os._exit(0)
 
     threading.Thread(target=follow, daemon=True).start()
@@ -227,8 +234,7 @@ class Pool:
         end_if_loaded_again()
         check_script()
         if not self._scratch:
-            self._scratch = tempfile.mkdtemp(prefix="cosim_pool_")
-            self._forgotten = remove_at_exit(Path(self._scratch))
+            self._scratch = str(make_scratch("pool"))
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, "1")
         context = multiprocessing.get_context("spawn")
@@ -251,12 +257,9 @@ class Pool:
                 process.join(max(0.0, by - monotonic()))
                 process.kill()
         self._executor.shutdown(wait=True, cancel_futures=True)
-        shutil.rmtree(self._scratch, ignore_errors=True)
-        self._forgotten()
+        remove_scratch(Path(self._scratch))
 
-    def run(
-        self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None
-    ) -> list[np.ndarray | Failure]:
+    def run(self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None) -> list[np.ndarray | Failure]:
         """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true."""
         results: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
         return [results[k] for k in range(len(jobs))]
@@ -294,7 +297,7 @@ class Pool:
             with Pool(self.package, processes=1, limit=self.limit) as pool:
                 return next(pool.each(function, [task]))[1]
         except WorkerDied as error:
-            return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(DIED)
+            return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(error.why)
 
     def _done(self, futures: Sequence[Future[Any]], stop: Callable[[], bool] | None) -> Iterator[Future[Any]]:
         """The futures as they are done, until `stop` is true."""
@@ -342,6 +345,7 @@ class Pool:
                 raise UsageError(lacking) from None
             died = WorkerDied(f"{self.package.name}: a simulation process died; an FMU may have crashed")
             died.late = self.limit is not None and -ALARM in codes
+            died.why = last_words(Path(self._scratch)) or DIED
             raise died from None
         finally:
             for future in futures:

@@ -8,15 +8,14 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 from typing import IO
 
 import numpy as np
 
 from ...core.errors import CosimError
+from ...core.scratch import scratch
 from .film import Eye, Film, save
 
 BACKENDS = ("egl", "osmesa", "glfw")
@@ -32,8 +31,7 @@ def pictures(film: Film, eye: Eye, width: int, height: int) -> Iterator[np.ndarr
     """The frames of a film, each (height, width, 3) of bytes. Raises `NoPictures` where nothing can draw."""
     chosen = os.environ.get("MUJOCO_GL")
     told = ""
-    with tempfile.TemporaryDirectory(prefix="cosim_") as place:
-        folder = Path(place)
+    with scratch("pictures") as folder:
         save(film, folder)
         (folder / "order.json").write_text(json.dumps({"eye": asdict(eye), "size": [width, height]}))
         for backend in [chosen] if chosen else BACKENDS:

@@ -14,6 +14,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from ...core import ending
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 HANG_TIMEOUT = 5.0
@@ -64,18 +66,20 @@ class Interrupts(list[int]):
                 got = bytes(1)
             if not got:
                 return
-            if up == float("inf") and any(number in SIGNALS for number in got):
+            asked = [number for number in got if number in SIGNALS]
+            if up == float("inf") and asked:
+                ending.note(asked[0])  # the handler may never get to it
                 up = monotonic() + HANG_TIMEOUT
             with self._lock:
-                if self._on_hang is not None and (crash := _crash(got)):
-                    _ending().heard()
+                if self._on_hang is not None and (crash := crash_of(got)):
+                    ending_library().heard()
                     self._on_hang(crash)
                 if self._on_hang is not None and monotonic() >= up:
                     self._on_hang("")
 
 
-def _crash(got: bytes) -> str:
-    """What an FMU did to the process, of the numbers that came."""
+def crash_of(got: bytes) -> str:
+    """What an FMU did to the process, of the numbers that came; "" for nothing."""
     crashes = [signal.Signals(number).name for number in got if number in CRASHES]
     if crashes:
         return f"crashed ({crashes[0]})"
@@ -83,7 +87,7 @@ def _crash(got: bytes) -> str:
 
 
 @cache
-def _ending() -> Any:
+def ending_library() -> Any:
     """The library of `ending.c`; None where it was not compiled."""
     with suppress(OSError):
         return ctypes.CDLL(str(Path(__file__).with_name("_ending.abi3.so")))
@@ -100,7 +104,12 @@ def interrupts(watched: bool = False) -> Iterator[Interrupts]:
     if threading.current_thread() is not threading.main_thread():
         yield asked
         return
-    before = [signal.signal(kind, lambda number, _frame: asked.append(number)) for kind in SIGNALS]
+
+    def heard(number: int, _frame: object) -> None:
+        ending.note(number)
+        asked.append(number)
+
+    before = [signal.signal(kind, heard) for kind in SIGNALS]
     try:
         with _watched(asked) if watched else nullcontext():
             yield asked
@@ -114,15 +123,15 @@ def _watched(asked: Interrupts) -> Iterator[None]:
     ours, pythons = socket.socketpair()
     pythons.setblocking(False)
     before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
-    if _ending() is not None:
-        _ending().watch_for_the_end(pythons.fileno())
+    if ending_library() is not None:
+        ending_library().watch_for_the_end(pythons.fileno())
     thread = threading.Thread(target=asked.watch, args=(ours,), daemon=True)
     thread.start()
     try:
         yield
     finally:
-        if _ending() is not None:
-            _ending().watch_no_longer()
+        if ending_library() is not None:
+            ending_library().watch_no_longer()
         signal.set_wakeup_fd(before)
         pythons.close()
         thread.join()

@@ -145,6 +145,9 @@ def check_options(options: Options) -> None:
     choose_method(options.method, None)  # is there one of that name
     if options.record_every < 1:
         raise UsageError(f"--record-every {options.record_every}: it has to be at least 1")
+    for option, name in (("--results", options.results), ("--log", options.log)):
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise UsageError(f"{option} {name}: is the name of a file in the result folder; --out names another folder")
     if options.results:
         check_writable(Path(options.results))
     check_log(options)

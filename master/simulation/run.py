@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
@@ -16,6 +15,7 @@ from typing import Any
 
 from ...core.errors import CosimError, Interrupted, OutputError, SimulationError
 from ...core.files import returning, writing
+from ...core.scratch import scratch
 from ...core.versions import versions
 from ..accuracy.divergence import divergence
 from ..accuracy.doubt import doubt, warning
@@ -419,8 +419,8 @@ def _check_step(
     quiet = replace(options, results="", log="", log_level=None, log_categories=(), record_parameters=())
     half = replace(quiet, step=step, check_step=False, realtime=False, save_state=False, save_state_every=None)
     try:
-        with tempfile.TemporaryDirectory(prefix="cosim_") as scratch:
-            again = run(package, Path(scratch), half, log, progress, 2 * result.stride, on_hang)
+        with scratch("half-step") as place:
+            again = run(package, place, half, log, progress, 2 * result.stride, on_hang)
     except CosimError as error:
         add_failure(result, step, error)
     else:

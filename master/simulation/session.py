@@ -86,6 +86,8 @@ class Session:
             raise
         self._closed = False
         self._under_way: SteppedRun | None = None
+        self._stepping: tuple[Runner, float, float] | None = None
+        """Who takes the steps that are under way, from when on and how long they are [s]."""
         self._fresh = True
         self._programs: dict[tuple[Any, ...], Program] = {}
         self._runners: dict[tuple[Any, ...], Runner] = {}
@@ -103,6 +105,15 @@ class Session:
         self._stack.close()
         self._closed = True
         self._under_way = None
+
+    def culprit(self, crash: str) -> str:
+        """For another thread, where an FMU has ended the process: which one, and in what; "" where that is unknown."""
+        if self._stepping is not None:
+            runner, start, step = self._stepping
+            done, who = runner.stuck(crash)
+            return f"{who} at t = {start + done * step:g} s"
+        calling = next((i for i in self.system.instances.values() if i.in_call), None)
+        return f"component '{calling.name}' {crash} in {calling.in_call}" if calling is not None else ""
 
     @property
     def is_lost(self) -> bool:
@@ -164,6 +175,7 @@ class Session:
         `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
         """
         self._check_usable()
+        self._stepping = None
         start, stop, step, n = time_grid(self.structure, as_time("stop", stop), as_time("step", step))
         record = as_texts("record", record)
         method = choose_method(None if method is None else as_text("method", method), self.structure.method)
@@ -181,7 +193,9 @@ class Session:
         runner.program.begin()
         rows = np.empty((n + 1, len(record)))
         raw = np.empty((n, len(record)))
+        self._stepping = runner, start, step
         taken_steps = runner.run(raw, start, step, 0, n, n, stop, _matrix(driven))
+        self._stepping = None
         if taken_steps < n and runner.ended is not None:
             end = start + taken_steps * step
             raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)

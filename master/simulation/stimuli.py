@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import UsageError, did_you_mean
+from ...core.regular import require_regular
 from ..engine.values import REAL, TEXT, Signal
 from ..results.columns import elements
 from ..system.system import System
@@ -109,6 +110,7 @@ def driven_rows(drives: Sequence[InputSeries], t: np.ndarray, averaged: bool) ->
 
 def read(path: Path, system: System) -> list[InputSeries]:
     """The series of a file for inputs of the system, or inputs of components that nothing drives."""
+    require_regular(path, UsageError)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 from ...core.errors import UsageError
+from ...core.plain_numbers import plain_number, plain_whole
 from ..engine.values import LIMITS, Signal, in_slot
-
-N = TypeVar("N", int, float)
 
 
 @dataclass(frozen=True)
@@ -33,7 +31,7 @@ class StimuliColumn:
         made = np.empty(len(self.cells))
         for k, cell in enumerate(self.cells):
             try:
-                made[k] = _number(cell.strip(), float)
+                made[k] = plain_number(cell)
             except ValueError:
                 raise self.error(k, f"'{cell}' is not a number") from None
         if not np.isfinite(made).all():
@@ -58,17 +56,10 @@ class StimuliColumn:
         return made
 
 
-def _number(text: str, kind: Callable[[str], N]) -> N:
-    """A cell as a number, or `ValueError`; Python would also take `1_000`."""
-    if "_" in text:
-        raise ValueError
-    return kind(text)
-
-
 def _whole(text: str) -> int | float:
     """A cell as a whole number, to its last digit; as a float where it is another one, or `ValueError`."""
     try:
-        return _number(text, int)
+        return plain_whole(text)
     except ValueError:
-        number = _number(text, float)
+        number = plain_number(text)
         return int(number) if number.is_integer() else number

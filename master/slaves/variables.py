@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
+from ...core.plain_numbers import plain_number, plain_whole
 from ...core.unit_names import named
 from ...core.units import BASE, Unit
 from ..engine.values import LIMITS, MAX_ARRAY_VALUES, REAL, TEXT, FmiType
@@ -200,7 +201,7 @@ class FmuVariables:
         if text in (None, "") and variable.declaredType is not None:
             text = getattr(variable.declaredType, attribute)
         try:
-            return None if text in (None, "") else float(text)
+            return None if text in (None, "") else plain_number(text)
         except ValueError:
             raise PackageError(
                 f"component '{self.name}', modelDescription.xml: {attribute}=\"{text}\" of '{name}' is not a number"
@@ -225,9 +226,7 @@ class FmuVariables:
         if items and isinstance(value, str) and value in items:
             value = items[value]
         try:
-            if isinstance(value, str) and "_" in value:
-                raise ValueError
-            number = float(value) if family == REAL else _whole(value)
+            number = _real(value) if family == REAL else _whole(value)
             if number != number:
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
@@ -275,10 +274,14 @@ def _unit(unit: Any) -> Unit:
 
 def _is_number(value: Any) -> bool:
     try:
-        float(value)
+        _real(value)
     except (TypeError, ValueError):
         return False
     return True
+
+
+def _real(value: Any) -> float:
+    return plain_number(value) if isinstance(value, str) else float(value)
 
 
 def _listed(text: str) -> Any:
@@ -294,9 +297,9 @@ def _whole(value: Any) -> int:
     if isinstance(value, (int, np.integer)):
         return int(value)
     try:
-        return int(str(value).strip())
+        return plain_whole(str(value))
     except ValueError:
-        number = float(value)
+        number = _real(value)
         if number != int(number):
             raise
         return int(number)

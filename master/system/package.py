@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 from ...core.errors import PackageError, UnknownNameError, UsageError, did_you_mean
+from ...core.scratch import scratch
 from ...core.units import Unit
 from ...ssp.flat_system import BoundParameter, FlatSystem
 from ...ssp.flatten import flatten
@@ -18,7 +18,6 @@ from ...ssp.parameters import read_set
 from ...ssp.reader import read, read_folder
 from ..slaves.base import FmuInstance
 from ..slaves.fmu import describe
-from ..slaves.unpacked import remove_at_exit
 from .addresses import splits
 from .instances import read_alone
 
@@ -32,14 +31,13 @@ def read_package(
     What has to be unpacked lives as long as `stack`. With a list `errors`, what is wrong with some of its parts goes
     there instead of being raised.
     """
-    scratch = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="cosim_", ignore_cleanup_errors=True)))
-    stack.callback(remove_at_exit(scratch))
+    place = stack.enter_context(scratch("package"))
     fmus = _Fmus()
-    return flatten(_structure(package, scratch, variant, errors, fmus), fmus.causality, errors)
+    return flatten(_structure(package, place, variant, errors, fmus), fmus.causality, errors)
 
 
 def _structure(
-    package: Path, scratch: Path, variant: str | None, errors: list[str] | None, fmus: _Fmus
+    package: Path, place: Path, variant: str | None, errors: list[str] | None, fmus: _Fmus
 ) -> SystemStructure:  # fmt: skip
     kind = package.suffix.lower()
     if package.is_dir() and not any(package.glob("*.ssd")) and (package / OSP_FILE).is_file():
@@ -49,14 +47,14 @@ def _structure(
             raise UsageError(f"--variant {variant}: {package.name} is one system structure")
         return read_osp(package, fmus, errors)
     if package.is_dir():
-        return read_folder(package, scratch, variant, errors)
+        return read_folder(package, place, variant, errors)
     if kind == ".ssd":
         if variant is not None:
             raise UsageError(f"--variant {variant}: {package.name} is one description; give the folder or the package")
-        return read_folder(package.parent, scratch, package.name, errors)
+        return read_folder(package.parent, place, package.name, errors)
     if kind == ".fmu":
         return alone(package)
-    return read(package, scratch / "ssp", variant, errors)
+    return read(package, place / "ssp", variant, errors)
 
 
 def alone(fmu: Path) -> SystemStructure:

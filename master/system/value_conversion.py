@@ -12,6 +12,7 @@ from math import isfinite
 from typing import TypeVar
 
 from ...core.errors import PackageError, ParameterError, UsageError
+from ...core.plain_numbers import plain_number
 from ...core.units import Unit, alike, conversion
 from ...ssp.flat_system import Hop
 from ...ssp.model import FLOATS, Linear, Scalar, Table, Value
@@ -340,7 +341,7 @@ def parsed(value: object, quantity: Quantity, shown: str, where: str) -> Scalar:
             return {"true": 1, "1": 1, "1.0": 1, "false": 0, "0": 0, "0.0": 0}[text.lower()]
         if quantity.items and text in quantity.items:
             return quantity.items[text]
-        number = float(text)
+        number = plain_number(text)
         if not isfinite(number) or (quantity.family != REAL and number != int(number)):
             raise ValueError
         if quantity.family == REAL:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...core.console import conclude, json_text, plain
 from ...core.errors import Interrupted, UnknownNameError, UsageError
-from ...core.files import make_folder, replacing, write_together
+from ...core.files import make_folder, name_of_results, replacing, write_together
 
 SHOWN = 6
 """Cheapest designs that are listed."""
@@ -34,7 +34,7 @@ def envelope_command(options: argparse.Namespace) -> int:
     at = wanted.high if options.at is None else options.at
     if not wanted.low <= at <= wanted.high:
         raise UsageError(f"--at {at:g}: it has to be between {wanted.low:g} and {wanted.high:g} {wanted.unit}")
-    folder: Path = options.out or Path("results") / f"envelope_{options.package.stem}"
+    folder: Path = options.out or Path("results") / f"envelope_{name_of_results(options.package)}"
     make_folder(folder)
 
     from tqdm import tqdm

@@ -8,6 +8,7 @@ from math import floor, isfinite
 from typing import Any
 
 from ...core.errors import UsageError
+from ...core.plain_numbers import plain_number, plain_whole
 from ...core.repeated import repeated
 from ...master.system.number_with_unit import NUMBER_AND_UNIT
 
@@ -79,7 +80,7 @@ def _is_range(what: str) -> bool:
 
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        plain_number(text)
     except ValueError:
         return False
     return True
@@ -92,7 +93,7 @@ def _written_range(text: str, name: str, parts: list[str]) -> Axis:
     numbers = [part.removesuffix(unit) for part in parts]
     if not all(map(_is_number, numbers)):
         raise UsageError(f"--vary {text}: '{':'.join(parts)}' has to be made of numbers, in one unit or in none")
-    found = _range(text, name, [float(n) for n in numbers])
+    found = _range(text, name, [plain_number(n) for n in numbers])
     if not unit:
         return found
     if found.is_range:
@@ -123,7 +124,7 @@ def _plain(value: float) -> float:
 def _value(text: str) -> Any:
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
-    for kind in (int, float):
+    for kind in (plain_whole, plain_number):
         try:
             value = kind(text)
         except ValueError:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import UsageError, did_you_mean
+from ...core.plain_numbers import plain_number
 from ...master.results.measures import FUNCTIONS
 
 
@@ -85,7 +86,7 @@ def parse_metric(text: str) -> Metric:
     connector, rest = _arguments(inside)
     _, least, most = FUNCTIONS[function]
     try:
-        numbers = tuple(float(part) for part in rest)
+        numbers = tuple(plain_number(part) for part in rest)
     except ValueError:
         raise UsageError(f"--metric {text}: after the connector come numbers") from None
     if not connector or not least <= len(numbers) <= most or not np.isfinite(numbers).all():

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.errors import UsageError
+from ...core.files import name_of_results
 from .axes import Axis, parse_axis, settled
 from .cases import Case, grid, parse_sample, sample
 from .metrics import parse_metric
@@ -45,7 +46,7 @@ class SweepRequest:
     @property
     def usual_folder(self) -> Path:
         """Where the results go if nothing else is said."""
-        return Path("results") / f"sweep_{self.package.stem}"
+        return Path("results") / f"sweep_{name_of_results(self.package)}"
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
+import sys
 from importlib import import_module
 
 import pytest
@@ -29,6 +31,29 @@ def test_what_is_raised_is_one_line(capsys, error, code, told):
 
     assert exit_code("cosim-x", work) == code
     assert capsys.readouterr().err == f"cosim-x: {told}\n"
+
+
+def test_what_a_file_says_commands_no_terminal(capsys):
+    def work():
+        print("name \x1b]0;title\x07 \u202e")
+        raise PackageError("\x1b[2J" + 5000 * "long ")
+
+    assert exit_code("cosim-x", work) == 2
+    told = capsys.readouterr()
+    assert told.out == "name \\x1b]0;title\\x07 \\u202e\n"
+    assert told.err.startswith("cosim-x: \\x1b[2Jlong ")
+    assert len(told.err) < 1100
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there is no SIGTERM")
+def test_a_request_to_end_is_a_line_and_143():
+    text = "from deepsea_cosim.core.cli import exit_code; import time; "
+    text += "raise SystemExit(exit_code('cosim-x', lambda: (print(flush=True), time.sleep(60))[0]))"
+    process = subprocess.Popen([sys.executable, "-c", text], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    process.terminate()
+    assert process.communicate(timeout=30)[1] == "cosim-x: asked to end (SIGTERM)\n"
+    assert process.returncode == 143
 
 
 def test_a_fault_of_our_own_is_not_hidden():

@@ -1,0 +1,46 @@
+"""Requests to end a command: Ctrl-C (SIGINT, exit code 130) and SIGTERM (143)."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import NoReturn
+
+_asked: list[int] = []
+"""The signals that asked this process to end."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, where nothing else listens to it."""
+
+
+def note(number: int) -> None:
+    """A signal has asked this process to end."""
+    _asked.append(number)
+
+
+def code() -> int:
+    """The exit code of a command that was asked to end."""
+    return 128 + (_asked[-1] if _asked else signal.SIGINT)
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away."""
+    _asked.clear()
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
+        yield
+        return
+
+    def ended(number: int, _frame: FrameType | None) -> NoReturn:
+        note(number)
+        raise Terminated
+
+    signal.signal(signal.SIGTERM, ended)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
