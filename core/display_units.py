@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .errors import UsageError, did_you_mean
 from .unit_names import named
-from .units import UNITS, conversion
+from .units import UNITS, Unit, conversion
 
 METRIC = ("mm", "mm/s", "MPa", "L/min", "L", "kN", "deg", "deg/s")
 US = ("in", "in/s", "psi", "gpm", "gal", "lbf", "deg", "deg/s")
@@ -37,11 +37,16 @@ class DisplayUnits:
         is_si = (own.factor, own.offset) == (1.0, 0.0)
         for name in (*self.chosen, *(self.usual if is_si else ())):
             other = named(name)
-            if other is not None and other.same_dimension(own):
+            if other is not None and other.same_dimension(own) and _is_angle(other) == _is_angle(own):
                 factor, offset = conversion(own, other)
                 if not largest or USUAL[0] <= abs(factor * largest + offset) * (1.0 + 1e-9) <= USUAL[1]:
                     return name, factor, offset
         return unit, 1.0, 0.0
+
+
+def _is_angle(unit: Unit) -> bool:
+    """Whether radians are in it: an angle a second is no number of turns, though both are 1/s."""
+    return bool((unit.exponents or {}).get("rad"))
 
 
 PRESETS = {"metric": DisplayUnits(), "si": DisplayUnits((), ()), "us": DisplayUnits(US, ())}

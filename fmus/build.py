@@ -19,7 +19,7 @@ import uuid
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -34,6 +34,9 @@ HERE = Path(__file__).parent
 ROOT = __package__.rpartition(".")[0]
 PLATFORM = {"linux": "linux64", "win32": "win64", "darwin": "darwin64"}.get(sys.platform, sys.platform)
 """Folder of the libraries in an FMU of FMI 2.0."""
+RECIPE = (".py", ".in", ".c", ".h", ".md", ".xml", ".toml")
+"""Files that an FMU is made of."""
+
 FIXED_DATE = (2001, 9, 9, 1, 46, 40)
 
 
@@ -128,7 +131,7 @@ def sources_of(model: Model) -> dict[str, bytes]:
     return {name: content for name, content in found.items() if not name.startswith(("core/", "fmus/")) or name in own}
 
 
-def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) -> None:
+def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]], comment: str = "") -> None:
     with (
         nullcontext(target) if isinstance(target, io.BytesIO) else replacing(target) as place,
         zipfile.ZipFile(place, "w", zipfile.ZIP_DEFLATED) as archive,
@@ -137,6 +140,7 @@ def _write_zip(target: Path | io.BytesIO, files: Iterable[tuple[str, bytes]]) ->
             entry = zipfile.ZipInfo(name, FIXED_DATE)
             entry.external_attr = (0o100755 if name.endswith(".so") else 0o100644) << 16  # for `unzip`
             archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
+        archive.comment = comment.encode()
 
 
 def _zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
@@ -293,8 +297,31 @@ def build_fmu(
             kernels = _compiled_kernels(draft, package, place / "kernels")
             files["resources/code.zip"] = _zipped([*packed, *kernels.items()])
         target = folder / f"{model.name}.fmu"
-        _write_zip(target, files.items())
+        _write_zip(target, files.items(), recipe(model, way))
     return target
+
+
+def recipe(model: Model, way: Way) -> str:
+    """What an FMU is made of: the same recipe makes the same FMU. It stands in the archive's comment."""
+    import llvmlite.binding
+
+    made = hashlib.sha256(repr((model, way, sys.version, llvmlite.binding.get_host_cpu_name())).encode())
+    for name in ("numba", "numpy", "mujoco", "pythonfmu", "pythonfmu3"):
+        with suppress(metadata.PackageNotFoundError):
+            made.update(f"{name} {metadata.version(name)}".encode())
+    for folder in (HERE, *(_folder(package) for package in model.packages)):
+        for path in sorted(p for p in folder.rglob("*") if p.suffix in RECIPE and p.is_file()):
+            made.update(str(path.relative_to(folder)).encode() + path.read_bytes())
+    return f"deepsea-cosim {made.hexdigest()}"
+
+
+def is_current(fmu: Path, model: Model, way: Way) -> bool:
+    """Whether an FMU is what `build_fmu` would make anew."""
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            return archive.comment.decode(errors="replace") == recipe(model, way)
+    except (OSError, zipfile.BadZipFile):
+        return False
 
 
 def _raw(
@@ -370,10 +397,11 @@ def build_fmus(
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
     """Build all FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
     make_folder(folder)
-    made = []
-    for path in build_fmus(MODELS, folder, say, way):
-        made.append(path)
-        say(f"{path}  {path.stat().st_size / 1024:.0f} kB")
+    made = [folder / f"{model.name}.fmu" for model in MODELS]
+    old = [m for m, path in zip(MODELS, made, strict=True) if not is_current(path, m, way or Way())]
+    built = {path: f"{path.stat().st_size / 1024:.0f} kB" for path in build_fmus(old, folder, say, way)}
+    for path in made:
+        say(f"{path}  {built.get(path, 'is up to date')}")
     fmus = {f"resources/{path.name}": path for path in made}
     for name in SYSTEMS:
         system = system_folder(name)

@@ -31,6 +31,10 @@ class Diagnosed:
     files: tuple[str, ...]
     """Names of the files in the folder."""
 
+    def __repr__(self) -> str:
+        """In a notebook or at a prompt: what the command prints."""
+        return self.text
+
     @property
     def text(self) -> str:
         """What the command prints."""

@@ -181,7 +181,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code("cosim-master", lambda: _run(options), as_json=options.json)
 
 
-def _look(options: argparse.Namespace, settings: Options) -> int:
+def _look(options: argparse.Namespace, settings: Options, display: DisplayUnits) -> int:
     """--check and --info."""
     from .simulation.check import check
     from .system.parameters import parameter_table, parameters_in_force
@@ -197,7 +197,8 @@ def _look(options: argparse.Namespace, settings: Options) -> int:
     if options.info and report.network is not None:
         print(tree(report.network, report.system))
         if None in options.parameters and report.system is not None:
-            print(f"\nparameters\n{parameter_table(report.system, parameters_in_force(report.system, report.values))}")
+            in_force = parameters_in_force(report.system, report.values)
+            print(f"\nparameters\n{parameter_table(report.system, in_force, display)}")
     if options.check or lacking:
         for line in report.lines():
             if options.quiet and not line.startswith("error"):
@@ -222,14 +223,16 @@ def _run(options: argparse.Namespace) -> int:
     except OSError as error:
         raise PackageError(f"{options.package}: {error.strerror}") from None
     if not exists:
-        raise PackageError(f"{options.package}: no such file")
+        raise PackageError(f"{options.package}: no such file{_hint(options.package)}")
+    if remedy := _no_package(options.package):
+        raise PackageError(f"{options.package}: {remedy}")
     if None in options.parameters and not options.info:
         raise UsageError("--parameters: give a file, or --info to list the parameters in force")
     if options.html and not options.results:
         raise UsageError("--html shows a result file: give --results a name")
     settings, display = _settings(options), display_units(options.units)
     if options.check or options.info:
-        return _look(options, settings)
+        return _look(options, settings, display)
     folder = options.out or Path("results") / name_of_results(options.package)
     try:
         result, files = _simulate(options, settings, folder, display)
@@ -243,6 +246,30 @@ def _run(options: argparse.Namespace) -> int:
     return {"failed": 1, "interrupted": ending.code()}.get(result.summary.get("step_check", {}).get("status"), 0)
 
 
+def _hint(package: Path) -> str:
+    """What may have been meant by a package that is not there."""
+    from ..core.errors import did_you_mean
+
+    if package.name == "run" and len(package.parts) == 1:
+        return "; a package is run without that word: cosim-master PACKAGE.ssp"
+    if package.with_name(f"{package.name}.ssp").is_file():
+        return f"; did you mean '{package}.ssp'?"
+    try:
+        beside = [path.name for path in package.parent.iterdir() if path.suffix in (".ssp", ".fmu", ".ssd")]
+    except OSError:
+        return ""
+    return did_you_mean(package.name, beside)
+
+
+def _no_package(package: Path) -> str:
+    """What to say of the results of a run in the place of a package; "" where it is none."""
+    if package.is_dir() and (package / "manifest.json").is_file() and not any(package.glob("*.ssd")):
+        return f"is a result folder; cosim-master open {package} shows it"
+    if package.is_file() and package.suffix.lower() in (".csv", ".parquet", ".h5"):
+        return f"is a result file; cosim-master open {package} shows it"
+    return ""
+
+
 def _conclude(options: argparse.Namespace, result: Result, files: list[str], display: DisplayUnits) -> None:
     """Print what came of the run."""
     from .as_json import run_content
@@ -253,6 +280,8 @@ def _conclude(options: argparse.Namespace, result: Result, files: list[str], dis
             print(f"cosim-master: warning: {warning}", file=sys.stderr)
         yield report(result, display)
         yield f"\n{result.folder}: {', '.join(files)}"
+        if options.results:
+            yield f"{options.results} is in the FMUs' units, which summary.json has"
         if options.results:
             yield f"cosim-master open {result.folder}   shows it in a browser"
 

@@ -25,7 +25,8 @@ STEP_ANNOTATION = "org.deepsea-cosim.master"
 
 ANSWERS_ANNOTATION = "org.deepsea-cosim.answers"
 """Annotation of DefaultExperiment: <Answers> with <Value name="..." is="formula" unit="..."/> and
-<Say if="formula">text with {names}</Say> is what the package wants said after a run (master/simulation/answers.py)."""
+<Say if="formula">text with {names}</Say> is what the package wants said after a run (master/simulation/answers.py),
+<Show>names of signals</Show> what plots show at first."""
 
 REPLAY_ANNOTATION = "org.deepsea-cosim.replay"
 """Annotation of DefaultExperiment: <Replay> with <Scale name="..." text="..." unit="..." from="formula" to="formula"/>,
@@ -43,7 +44,7 @@ STEP_HINT, HINT = "StepSizeHint", "value"
 
 def answers_asked(document: Document, annotation: etree._Element) -> AnswersAsked:
     """What an annotation of the type `ANSWERS_ANNOTATION` holds."""
-    values, sentences = [], []
+    values, sentences, signals = [], [], list[str]()
     for element in annotation.iterfind("{*}Answers/*"):
         where = document.where(element)
         if local(element) == "Value":
@@ -52,9 +53,12 @@ def answers_asked(document: Document, annotation: etree._Element) -> AnswersAske
         elif local(element) == "Say":
             text = " ".join("".join(map(str, element.itertext())).split())
             sentences.append(AnswerSentence(text, element.get("if", ""), where))
+        elif local(element) == "Show":
+            signals += "".join(map(str, element.itertext())).split()
         else:
-            raise document.error(element, f"<{local(element)}> is no part of <Answers>: expected <Value> or <Say>")
-    return AnswersAsked(tuple(values), tuple(sentences))
+            known = "<Value>, <Say> or <Show>"
+            raise document.error(element, f"<{local(element)}> is no part of <Answers>: expected {known}")
+    return AnswersAsked(tuple(values), tuple(sentences), tuple(signals))
 
 
 def replay_asked(document: Document, annotation: etree._Element) -> ReplayAsked:

@@ -229,6 +229,8 @@ class AnswersAsked:
 
     values: tuple[AnswerValue, ...] = ()
     sentences: tuple[AnswerSentence, ...] = ()
+    signals: tuple[str, ...] = ()
+    """What plots show at first, in that order."""
 
 
 @dataclass(frozen=True)

@@ -79,8 +79,8 @@ def test_a_package(toy, built, told):
     assert [(c["name"], c["fmi"]) for c in looked["system"]["components"]] == [("hydraulics", "2.0"), ("arm", "2.0")]
     assert {"from": "hydraulics.F_h", "to": "arm.F_h"} in looked["system"]["connections"]
     assert looked["parameters"]["hydraulics.depth"]["value"] == 11000
-    failed = told("master", toy.with_name("none.ssp"), code=2)
-    assert failed == {"error": f"{toy.with_name('none.ssp')}: no such file", "exit_code": 2}
+    failed = told("master", toy.with_name("foe.ssp"), code=2)
+    assert failed == {"error": f"{toy.with_name('foe.ssp')}: no such file; did you mean 'toy.ssp'?", "exit_code": 2}
 
 
 def test_effects_and_a_new_campaign(toy, told, tmp_path):

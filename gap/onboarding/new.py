@@ -40,6 +40,9 @@ def new_command(options: argparse.Namespace) -> int:
         draft = guess(model, files, options.package.stem, options.rate)
         if options.tolerance:
             draft = replace(draft, base_said={p.address: options.tolerance for p in draft.base})
+        if options.tolerance and not draft.base:
+            remark = "--tolerance is not used: the catalogue of the package says how well its parameters are known"
+            draft = replace(draft, remarks=(remark, *draft.remarks))
         if options.ask and not options.json and sys.stdin is not None and sys.stdin.isatty():
             draft = ask_all(draft, model, input)
     target, faults = write(draft, options.package, folder, options.force)

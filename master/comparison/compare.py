@@ -47,7 +47,7 @@ class Comparison:
     b: Run
     common: CommonTimes
     differences: tuple[Difference, ...]
-    """Of all common signals, the greatest relative one first."""
+    """Of all common signals, the greatest relative one first, those that differ by a level last."""
 
     @property
     def differs(self) -> bool:
@@ -105,7 +105,7 @@ def compare(a: Run, b: Run, tolerance: float) -> Comparison:
     except UsageError as error:
         raise UsageError(f"{a.record.name} and {b.record.name}: {error}") from None
     found = [_signal(a, b, common, name, tolerance) for name in names]
-    found.sort(key=lambda d: (not d.remark, -d.relative))
+    found.sort(key=lambda d: (not d.remark, d.is_level, -d.relative))
     return Comparison(a, b, common, tuple(found))
 
 
@@ -126,6 +126,19 @@ def _signal(a: Run, b: Run, common: CommonTimes, name: str, tolerance: float) ->
 def _alike(one: str, other: str) -> bool:
     a, b = named(one), named(other)
     return a is not None and b is not None and a.same_dimension(b)
+
+
+def answers_apart(runs: list[Run]) -> dict[str, list[tuple[float | None, str]]]:
+    """(value, unit) in each run of the numbers that the package's answers have and in which they differ, by name."""
+    told = [run.record.table("answers").get("values") for run in runs]
+    tables = [table if isinstance(table, Mapping) else {} for table in told]
+    made = {}
+    for name in dict.fromkeys(name for table in tables for name in table):
+        found = [table[name] if isinstance(table.get(name), Mapping) else {} for table in tables]
+        values = [(v.get("value"), str(v.get("unit") or "")) for v in found]
+        if any(value != values[0] for value in values):
+            made[name] = values
+    return made
 
 
 def parameters_apart(runs: list[Run]) -> dict[str, list[tuple[Any, str]]]:

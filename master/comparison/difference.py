@@ -11,6 +11,9 @@ import numpy as np
 LEAST_RANGE = 1e-6
 """Least range of a signal as a share of its greatest absolute value: what varies less is constant but for rounding."""
 
+LEVEL = 0.3
+"""Greatest range of a signal in each run, as a share of how far they are apart, where they differ by a level."""
+
 Value = float | str
 Column = np.ndarray | Sequence[str]
 
@@ -41,6 +44,8 @@ class Difference:
     """Where they differ most; None where they do not differ at all."""
     remark: str = ""
     """Why they cannot be compared, which counts as different."""
+    is_level: bool = False
+    """Whether the runs differ by a level: each varies far less than they are apart."""
 
     @property
     def differs(self) -> bool:
@@ -77,7 +82,8 @@ def difference(name: str, unit: str, times: np.ndarray, a: np.ndarray, b: np.nda
         return Moment(float(times[i]), float(a[i]), float(b[i]))
 
     first = at(int(beyond[0])) if len(beyond) else None
-    return Difference(name, unit, float(apart[k]), float(relative[k]), first, at(k))
+    level = all(range_of(x) <= LEVEL * apart[k] for x in (a, b))
+    return Difference(name, unit, float(apart[k]), float(relative[k]), first, at(k), is_level=bool(level))
 
 
 def difference_of_texts(name: str, times: np.ndarray, a: Sequence[str], b: Sequence[str]) -> Difference:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -25,14 +25,13 @@ def comparison_content(comparisons: Sequence[Comparison], display: DisplayUnits)
     listed = _signals(runs, made, display)
     worst: dict[str, float] = {}
     for d in (d for c in comparisons for d in c.differences if d.differs and not d.remark):
-        worst[d.name] = max(worst.get(d.name, 0.0), d.relative)
+        worst[d.name] = max(worst.get(d.name, 0.0), 0.0 if d.is_level else d.relative)
     return {
         "title": "Comparison of " + " with ".join(run.label for run in runs),
         "runs": [{"name": run.label, **series.content()} for run, series in zip(runs, made, strict=True)],
         "about": [f"{run.label}: {title_of(run.record)}, {len(run.times):,} rows" for run in runs],
         "signals": listed,
-        "chosen": sorted(worst, key=lambda name: -worst[name])[:PANELS]
-        or first_choice(runs[0].record, made[0], listed[: len(made[0].names)])[:PANELS],
+        "chosen": _chosen(runs, made, listed, worst)[:PANELS],
         "sentences": [f"{run.label}: {text}" for run in runs for text in sentences(run.record, display)],
         "trust": "", "error": None, "warnings": [], "bonds": [], "components": [], "connections": [],
         "parameters": [
@@ -47,6 +46,16 @@ def comparison_content(comparisons: Sequence[Comparison], display: DisplayUnits)
             "rows": [row for c in comparisons for row in _rows(c)],
         },
     }  # fmt: skip
+
+
+def _chosen(
+    runs: Sequence[Run], made: Sequence[Series], listed: Sequence[dict[str, Any]], worst: Mapping[str, float]
+) -> list[str]:
+    """What the package shows first where that differs, then what differs most; else what a run's own page shows."""
+    usual = first_choice(runs[0].record, made[0], listed[: len(made[0].names)])
+    asked = runs[0].record.table("answers").get("signals")
+    first = [name for name in usual if isinstance(asked, list) and name in worst]
+    return list(dict.fromkeys([*first, *sorted(worst, key=lambda name: -worst[name])])) or usual
 
 
 def _told(comparison: Comparison) -> list[str]:

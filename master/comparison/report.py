@@ -8,11 +8,12 @@ from typing import Any
 from ...core.display_units import DisplayUnits
 from ...core.errors import first_few
 from ..page.content import shown_value
-from .compare import Comparison, Run, parameters_apart
+from ..simulation.answers import shown_answer
+from .compare import Comparison, Run, answers_apart, parameters_apart
 from .difference import Difference, Moment, Value
 
-SHOWN, PARAMETERS = 20, 10
-"""Most signals that differ and most parameters that are listed."""
+SHOWN, PARAMETERS, WARNINGS = 20, 10, 3
+"""Most signals that differ, parameters, and warnings of each run that are listed."""
 
 
 def report(comparison: Comparison, tolerance: float, display: DisplayUnits) -> Iterator[str]:
@@ -21,6 +22,10 @@ def report(comparison: Comparison, tolerance: float, display: DisplayUnits) -> I
     yield f"{a.label}: {_about(a)}"
     yield f"{b.label}: {_about(b)}"
     yield from (f"  {text}" for text in remarks(comparison))
+    for name, values in answers_apart([a, b]).items():
+        told = [shown_answer(value, unit, display) if value is not None else "none" for value, unit in values]
+        if told[0] != told[1]:
+            yield f"  {name}: {told[0]} -> {told[1]}"
     apart = parameters_apart([a, b])
     for name, values in list(apart.items())[:PARAMETERS]:
         texts = [_parameter(value, unit, display) for value, unit in values]
@@ -55,6 +60,7 @@ def remarks(comparison: Comparison) -> Iterator[str]:
     for run in (a, b):
         if run.record.summary.get("error"):
             yield f"{run.label} {run.record.summary.get('status')}: {run.record.summary['error']}"
+        yield from (f"{run.label} warns: {text}" for text in run.record.listed("warnings")[:WARNINGS])
     for run, names in ((a, comparison.only_a), (b, comparison.only_b)):
         if names:
             yield f"only {run.label} has {_signals(len(names))}: {first_few(names)}"

@@ -72,10 +72,14 @@ def _is_old(record: RunRecord) -> bool:
 
 def show(page: Path) -> int:
     """Open a page in the browser; gives the exit code."""
+    import os
     import sys
     import webbrowser
 
     if webbrowser.open(page.resolve().as_uri()):
         return 0
-    print(f"{page}: no browser was found; open the file in one", file=sys.stderr)
+    displays = [os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")]
+    no_display = sys.platform.startswith("linux") and not any(displays)
+    why = "there is no display here" if no_display else "no browser was found"
+    print(f"{page}: {why}; open the file in a browser", file=sys.stderr)
     return 1

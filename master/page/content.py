@@ -85,6 +85,7 @@ def signals(
 ) -> list[dict[str, Any]]:  # fmt: skip
     """A signal each: name, component, unit of the file, and how it is shown: shown = factor * value + offset."""
     types, driven = record.table("types"), {end for _, end in record.connections}
+    texts = record.table("descriptions")
     made = []
     for place, name in enumerate(names):
         unit, component = record.unit(name), record.component_of(name)
@@ -95,12 +96,17 @@ def signals(
             "unit": unit, "shown": shown, "factor": factor, "offset": offset, "kind": kind,
             "places": [place],
             "driven": name in driven or name.partition("[")[0] in driven,
+            "text": str(texts.get(name) or ""),
         })  # fmt: skip
     return made
 
 
 def first_choice(record: RunRecord, series: Series, listed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What is shown at first: what drives something, what the system gives, else what changes; a few of each unit."""
+    """What is shown at first: what the package says, else what drives something, what the system gives, else what
+    changes; a few of each unit."""
+    told = record.table("answers").get("signals")
+    if isinstance(told, list) and (named := [s["name"] for name in told for s in listed if s["name"] == name]):
+        return named
     drives = {start for start, _ in record.connections}
     given = {end for _, end in record.connections if not record.component_of(end)}
     changing = [s for s, changes in zip(listed, series.changes(), strict=True) if changes]
@@ -133,6 +139,7 @@ def parameters(record: RunRecord, display: DisplayUnits) -> list[dict[str, Any]]
         {
             "name": name, **shown_value(p.get("value"), str(p.get("unit") or ""), display),
             "from": str(p.get("from") or ""), "where": str(p.get("where") or ""), "changed": p.get("from") == USER,
+            "text": str(p.get("description") or ""),
         }
         for name, p in told
     ]  # fmt: skip

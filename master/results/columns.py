@@ -15,11 +15,12 @@ from ..system.system import System
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a result: name, unit, type (float, integer, unsigned, boolean or text)."""
+    """A column of a result: name, type (float, integer, unsigned, boolean or text), unit, and what it is."""
 
     name: str
     type: str = "float"
     unit: str | None = None
+    text: str = ""
 
 
 TIME = Column("time", "float", "s")
@@ -32,6 +33,13 @@ def elements(signal: Signal) -> list[str]:
     if signal.size == 1 and not signal.is_array:
         return [signal.address]
     return [f"{signal.address}[{k + 1}]" for k in range(signal.size)]
+
+
+def described(system: System, signal: Signal) -> str:
+    """What the FMU says of a signal, "" where it says nothing, or it is the whole system's."""
+    instance = system.instances.get(signal.component)
+    variable = instance.variables.get(signal.name) if instance is not None else None
+    return " ".join(str(getattr(variable, "description", None) or "").split())
 
 
 def kind_of(type: str, family: str) -> str:
@@ -64,10 +72,11 @@ class RecordLayout:
         for outputs, inputs in groups:
             for signals, are_outputs in ((outputs, True), (inputs, False)):
                 for s in signals:
+                    text = described(system, s)
                     for k, name in enumerate(elements(s)):
                         given = are_outputs and k not in own.get(s, ())
                         where, places = ("output", self.outputs) if given else ("input", self.inputs)
-                        self.columns.append(Column(name, kind_of(s.type, s.family), units.get(s.address)))
+                        self.columns.append(Column(name, kind_of(s.type, s.family), units.get(s.address), text))
                         if s.family == TEXT:
                             self._cuts.append((f"{where} text", s.place + k))
                         else:

@@ -29,6 +29,8 @@ class Answers:
     values: Mapping[str, tuple[float | None, str]]
     sentences: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
+    signals: tuple[str, ...] = ()
+    """What plots show at first."""
 
     def texts(self, display: DisplayUnits) -> list[str]:
         """The sentences with the numbers in them, in the units in which they are to be shown."""
@@ -36,22 +38,30 @@ class Answers:
         def shown(place: re.Match[str]) -> str:
             value, unit = self.values[place[1]]
             assert value is not None  # such a sentence is left out
-            name, factor, offset = display.of(unit, abs(value)) if unit and value else (unit, 1.0, 0.0)
-            text = _significant(factor * value + offset, int(place[2] or DIGITS))
-            return f"{text} {name}" if name not in ("", "1") else text
+            return shown_answer(value, unit, display, int(place[2] or DIGITS))
 
         return [PLACE.sub(shown, sentence) for sentence in self.sentences]
 
     def summary(self) -> dict[str, Any]:
         """For summary.json: numbers in the package's units, and the sentences as they are shown and as it has them."""
         values = {name: {"value": value, "unit": unit or None} for name, (value, unit) in self.values.items()}
-        return {"values": values, "sentences": self.texts(DisplayUnits()), "templates": list(self.sentences)}
+        return {
+            "values": values, "sentences": self.texts(DisplayUnits()), "templates": list(self.sentences),
+            "signals": list(self.signals),
+        }  # fmt: skip
 
     @classmethod
     def of_summary(cls, told: Mapping[str, Any]) -> Answers:
         """Back from `summary`."""
         values = {str(name): (v["value"], str(v["unit"] or "")) for name, v in told["values"].items()}
         return cls(values, tuple(map(str, told["templates"])))
+
+
+def shown_answer(value: float, unit: str, display: DisplayUnits, digits: int = DIGITS) -> str:
+    """A number for a sentence, in the units in which it is to be shown."""
+    name, factor, offset = display.of(unit, abs(value)) if unit and value else (unit, 1.0, 0.0)
+    text = _significant(factor * value + offset, digits)
+    return f"{text} {name}" if name not in ("", "1") else text
 
 
 def _significant(x: float, digits: int) -> str:
@@ -90,7 +100,7 @@ def answers(
             continue
         if condition and all(values.get(name, (None,))[0] is not None for name, _ in PLACE.findall(s.text)):
             told.append(s.text)
-    return Answers(values, tuple(told), tuple(problems))
+    return Answers(values, tuple(told), tuple(problems), tuple(name for name in asked.signals if name in signals))
 
 
 def sound(asked: AnswersAsked, known: Collection[str]) -> tuple[AnswersAsked, list[str]]:
@@ -120,4 +130,7 @@ def sound(asked: AnswersAsked, known: Collection[str]) -> tuple[AnswersAsked, li
             remarks.append(f'{s.where}: the sentence is not said: there is no value \'{lacking[0]}\'')
         elif holds(s.where, s.condition, "the sentence is not said"):
             sentences.append(s)
-    return AnswersAsked(tuple(values), tuple(sentences)), remarks
+    for name in asked.signals:
+        if name not in names:
+            remarks.append(f"<Show> of the package: there is no signal '{name}'{did_you_mean(name, [*known])}")
+    return AnswersAsked(tuple(values), tuple(sentences), asked.signals), remarks

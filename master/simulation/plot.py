@@ -96,6 +96,8 @@ def signals_to_draw(result: Result, patterns: Sequence[str]) -> tuple[list[str],
     from ..system.addresses import matches
 
     names = result.names[1:]
+    if not patterns and result.answers is not None and result.answers.signals:
+        return ["time", *result.answers.signals], True
     for pattern in patterns:
         if not any(matches(name, pattern) for name in names):
             raise UsageError(f"no signal matches '{pattern}'{did_you_mean(pattern, names)}")

@@ -67,11 +67,12 @@ class Recording:
         self._extremes: np.ndarray | None = None
 
     def described(self) -> dict[str, Any]:
-        """The columns of the result file for summary.json: names, units, and types of those that are no floats."""
+        """The columns of the result file for summary.json: names, units, types of those that are no floats, texts."""
         return {
             "columns": [c.name for c in self.columns],
             "units": {c.name: c.unit for c in self.columns if c.unit},
             "types": {c.name: c.type for c in self.columns if c.type != "float"},
+            "descriptions": {c.name: c.text for c in self.columns if c.text},
         }
 
     def free_rows(self) -> int:

@@ -14,6 +14,7 @@ from ...core.errors import UsageError
 from ...core.figures import in_notebooks
 from ..accuracy.held_inputs import HeldInputs
 from .answers import Answers
+from .trust import trust
 
 
 @dataclass
@@ -44,6 +45,12 @@ class Result:
     """How far inputs were off in the steps."""
     answers: Answers | None = None
     """What the package wants said of the run."""
+
+    def __repr__(self) -> str:
+        """In a notebook or at a prompt: what the run answers, how far to trust it, where it is."""
+        told = self.answers.texts(display_units(None)) if self.answers is not None else []
+        trusted = [trust(self.summary, bool(self.connected), "in .summary")] if "coupling" in self.summary else []
+        return "\n".join([*told, *trusted, f"Result({str(self.folder)!r}, {self.summary.get('steps')} steps)"])
 
     def frame(self) -> Any:
         """The record as a pandas frame, read from its file; units by column are in its `attrs["units"]`.

@@ -19,7 +19,7 @@ def trust(summary: Mapping[str, Any], connected: bool, where: str = "above") -> 
     shares = [bond["relative"] for bond in summary["coupling"] if bond["relative"] is not None]
     if shares:
         return (
-            f"Trust: no warning; the coupling made up {100 * max(shares):.2g} % of the energy that went through it. "
+            f"Trust: no warning; the coupling's numerical error is {100 * max(shares):.2g} % of the energy exchanged. "
             "--check-step estimates the error of every signal."
         )
     if connected:

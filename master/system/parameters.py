@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from ...core.display_units import DisplayUnits
 from ...core.errors import CosimError
 from ...ssp.flat_system import End
 from ..slaves.base import FmuInstance
@@ -29,6 +30,8 @@ class ParameterInForce:
     """What gives the value: FMU, package, mapping, command line or connection."""
     where: str
     """The place: a file and a line, the option, or the output that a connection comes from; empty for the FMU."""
+    text: str = ""
+    """What the FMU says of it."""
 
     @property
     def address(self) -> str:
@@ -37,7 +40,8 @@ class ParameterInForce:
 
     def summary(self) -> dict[str, Any]:
         """For summary.json; bytes are hexadecimal there."""
-        return {"value": _plain(self.value), "unit": self.unit, "from": self.by, "where": self.where or None}
+        told = {"value": _plain(self.value), "unit": self.unit, "from": self.by, "where": self.where or None}
+        return {**told, "description": self.text} if self.text else told
 
 
 def _plain(value: Any) -> Any:
@@ -71,7 +75,13 @@ def parameters_in_force(
                 parameters.append(_stated(system, by_end[end]))
             elif end not in by_end:
                 parameters.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
-    return parameters
+    return [replace(p, text=_description(system, p)) for p in parameters]
+
+
+def _description(system: System, p: ParameterInForce) -> str:
+    instance = system.instances.get(p.component)
+    variable = instance.variables.get(p.variable) if instance is not None else None
+    return " ".join(str(getattr(variable, "description", None) or "").split())
 
 
 def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
@@ -99,32 +109,42 @@ def _start(instance: FmuInstance, name: str) -> Any:
         return str(instance.variables[name].start)
 
 
-def parameter_table(system: System, parameters: Iterable[ParameterInForce]) -> str:
-    """A table for people: value, unit, least and greatest value, and where it is from."""
-    rows = [("parameter", "value", "unit", "min", "max", "from")]
+def parameter_table(system: System, parameters: Iterable[ParameterInForce], display: DisplayUnits) -> str:
+    """A table for people: value, unit, least and greatest value, where it is from, and what it is."""
+    rows = [("parameter", "value", "unit", "min", "max", "from", "")]
     for p in parameters:
         instance = system.instances.get(p.component)
-        low, high = ("", "") if instance is None else _limits(instance, p.variable)
+        low, high = (None, None) if instance is None else _limits(instance, p.variable)
         source = p.by if not p.where else f"{p.by}: {p.where}" if p.by != "package" else p.where
-        rows.append((p.address, _shown(instance, p), p.unit or "", low, high, source))
+        value, unit, factor, offset = _shown(instance, p), p.unit or "", 1.0, 0.0
+        if isinstance(p.value, float) and unit:
+            unit, factor, offset = display.of(unit, abs(p.value))
+            value = _text(_rounded(factor * p.value + offset) if unit != p.unit else p.value)
+        least, most = ("" if end is None else f"{factor * end + offset:g}" for end in (low, high))
+        rows.append((p.address, value, "" if unit == "1" else unit, least, most, source, p.text))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
-    for name, value, unit, low, high, source in rows:
-        numbers = f"{value:>{widths[1]}}  {unit:<{widths[2]}}  {low:>{widths[3]}}  {high:>{widths[4]}}"
-        lines.append(f"  {name:<{widths[0]}}  {numbers}  {source}".rstrip())
+    for name, value, unit, low_text, high_text, source, text in rows:
+        numbers = f"{value:>{widths[1]}}  {unit:<{widths[2]}}  {low_text:>{widths[3]}}  {high_text:>{widths[4]}}"
+        lines.append(f"  {name:<{widths[0]}}  {numbers}  {source:<{widths[5]}}  {text}".rstrip())
     return "\n".join(lines)
 
 
-def _limits(instance: FmuInstance, name: str) -> tuple[str, str]:
+def _rounded(value: float) -> float:
+    """Without the last digits of a conversion."""
+    return float(f"{value:.12g}")
+
+
+def _limits(instance: FmuInstance, name: str) -> tuple[float | None, float | None]:
     """What the FMU and its types allow, where they say it."""
     if instance.variables[name].type in ("Boolean", "String", "Binary"):
-        return "", ""
+        return None, None
     try:
         low, high = instance.bounds(name)
-    except CosimError:
-        return "?", "?"
+    except CosimError:  # told where the value is checked
+        return None, None
     natural = instance.limits.get(instance.variables[name].type, (-float("inf"), float("inf")))
-    return ("" if low == natural[0] else f"{low:g}"), ("" if high == natural[1] else f"{high:g}")
+    return (None if low == natural[0] else low), (None if high == natural[1] else high)
 
 
 def _shown(instance: FmuInstance | None, p: ParameterInForce) -> str:

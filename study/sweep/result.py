@@ -43,6 +43,12 @@ class Sweep:
     summary: Mapping[str, Any]
     """The content of summary.json."""
 
+    def __repr__(self) -> str:
+        """In a notebook or at a prompt."""
+        failed = sum(bool(row["failed"]) for row in self.table)
+        axes = ", ".join(axis.name for axis in self.plan.axes)
+        return f"Sweep({str(self.folder)!r}, {len(self.table)} cases over {axes}, {failed} failed)"
+
     def frame(self) -> Any:
         """The table as a pandas frame; units by column, as far as they are known, are in its `attrs["units"]`."""
         import pandas as pd

@@ -13,7 +13,7 @@ def deep(built, tmp_path_factory):
 def test_the_times_are_the_papers(deep):
     values = {name: value for name, (value, _) in deep.answers.values.items()}
     assert values["out"] == pytest.approx(7.625, rel=0.01)
-    assert values["in"] == pytest.approx(7.156, rel=0.01)
+    assert values["home"] == pytest.approx(7.156, rel=0.01)
 
 
 def test_the_pressures_add_up_to_the_pumps(deep):

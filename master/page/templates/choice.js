@@ -27,8 +27,8 @@ function entry(signal, box) {
   tick.addEventListener("change", () => page.choose(signal.name, tick.checked));
   page.make("span", "name", signal.label, label);
   page.make("span", "unit", signal.kind === "float" || signal.kind === "integer" ? page.unit(signal) : signal.kind, label);
-  label.title = signal.name + (signal.driven ? " (an input that is connected)" : "");
-  const words = [signal.name, page.unit(signal), signal.kind].join(" ").toLowerCase();
+  label.title = signal.name + (signal.driven ? " (an input that is connected)" : "") + (signal.text ? "\n" + signal.text : "");
+  const words = [signal.name, page.unit(signal), signal.kind, signal.text].join(" ").toLowerCase();
   return { signal, label, tick, box, words };
 }
 

@@ -33,8 +33,8 @@ page.items = (signal) => page.content.runs.map((r) => r.items[signal.name] || []
 /* Panels of what is chosen: a unit each, or a signal where runs are compared. */
 page.groups = function () {
   const groups = new Map();
-  for (const signal of page.signals) {
-    if (!page.chosen.has(signal.name)) continue;
+  for (const name of page.chosen) {
+    const signal = page.byName.get(name);
     const alone = page.compares || signal.kind === "text";
     const key = alone ? "name " + signal.name : signal.kind === "boolean" ? "true or false" : "unit " + page.unit(signal);
     if (!groups.has(key)) groups.set(key, { title: panelTitle(signal, alone), lines: [] });

@@ -45,7 +45,7 @@ page.write_bonds = function () {
   const section = document.getElementById("bonds"), bonds = page.content.bonds;
   section.hidden = !bonds.length;
   if (!bonds.length) return;
-  const names = ["power bond", "made up [J]#", "exchanged [J]#", "share#", "omega h#", "numerical damping#"];
+  const names = ["power bond", "error [J]#", "exchanged [J]#", "share#", "omega h#", "numerical damping#"];
   const share = (v) => (v == null ? "–" : page.show(100 * v, 3) + " %");
   table(section.querySelector(".scroll"), names, bonds.map((b) => ({
     cells: [b.name, page.show(b.residual, 4), page.show(b.exchanged, 4), share(b.relative), page.show(b.omega_h, 3), page.show(b.damping, 3)],
@@ -63,7 +63,7 @@ page.write_parameters = function () {
   const search = section.querySelector("input");
   const fill = () => {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const text = (p) => [p.name, p.unit, p.from, p.where].join(" ").toLowerCase();
+    const text = (p) => [p.name, p.unit, p.from, p.where, p.text].join(" ").toLowerCase();
     const fits = all.filter((p) => words.every((word) => text(p).includes(word)));
     const box = section.querySelector(".scroll");
     box.replaceChildren();
@@ -78,15 +78,15 @@ page.write_parameters = function () {
 };
 
 function inForce(box, fits) {
-  table(box, ["parameter", "value#", "unit", "from", "where"], fits.map((p) => ({
-    cells: [p.name, p.value, p.unit, p.changed ? p.from + " (changed)" : p.from, p.where], titles: ["", p.own],
+  table(box, ["parameter", "value#", "unit", "what it is", "from"], fits.map((p) => ({
+    cells: [p.name, p.value, p.unit, p.text, p.changed ? p.from + " (changed)" : p.from], titles: ["", p.own, "", "", p.where],
     name: p.changed ? "changed" : "",
   })));
 }
 
 function differing(box, fits) {
-  table(box, ["parameter", ...page.runs.map((r) => r.name + "#"), "unit"], fits.map((p) => ({
-    cells: [p.name, ...p.values, p.unit],
+  table(box, ["parameter", ...page.runs.map((r) => r.name + "#")], fits.map((p) => ({
+    cells: [p.name, ...p.values],
   })));
 }
 

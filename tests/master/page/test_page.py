@@ -186,7 +186,7 @@ def test_open_shows_it_in_the_browser(tmp_path, monkeypatch, capsys):
     assert code(main, ["open", str(folder)]) == 0
     assert seen == [(folder / "results.html").as_uri()]
     assert code(main, ["open", str(folder)]) == 1
-    assert "no browser" in capsys.readouterr().err
+    assert "open the file in a browser" in capsys.readouterr().err
 
 
 def test_parts_that_a_killed_run_has_left(tmp_path):
