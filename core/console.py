@@ -98,6 +98,16 @@ def json_text(value: Any) -> str:
     return json.dumps(plain(value), indent=1, allow_nan=False)
 
 
+def strict_json(value: Any) -> bytes:
+    """The same for a file, in UTF-8, for values that may be large."""
+    import orjson
+
+    try:
+        return orjson.dumps(value, default=plain, option=orjson.OPT_INDENT_2 | orjson.OPT_APPEND_NEWLINE)
+    except TypeError:  # a text that is no Unicode
+        return json_text(value).encode() + b"\n"
+
+
 def plain(value: Any) -> Any:
     """For JSON: numbers that are none become null, paths texts, arrays and numbers of numpy Python's."""
     if isinstance(value, Mapping):

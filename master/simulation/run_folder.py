@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ...core.console import plain
+from ...core.console import strict_json
 from ...core.errors import OutputError
 from ...core.files import held, make_folder, replacing, writing
 from ..results import by_suffix
@@ -34,7 +34,7 @@ TAIL = 1 << 16
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
     """Write summary.json, all or nothing; numbers that are none become null."""
     with replacing(folder / "summary.json") as part:
-        part.write_text(json.dumps(plain(summary), indent=2, allow_nan=False) + "\n")
+        part.write_bytes(strict_json(summary))
 
 
 class RunFolder:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import inspect
 import os
 import re
 from abc import abstractmethod
@@ -11,7 +12,8 @@ from contextlib import suppress
 from functools import cache
 from itertools import count
 from pathlib import Path
-from typing import Any, ClassVar
+from types import UnionType
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 
@@ -341,13 +343,34 @@ class _Library:
 
 
 @cache
+def _functions(kind: Callable[..., Any]) -> list[tuple[str, list[str], list[Any], Any]]:
+    """Name, arguments, their types and the result's of the functions that a class of fmpy calls: what its own
+    `_loadFunctions` finds out anew for every instance, which takes longer than all else of loading."""
+    start, found = kind.__name__.lower()[:4].replace("fmu", "fmi"), []
+    for name, method in inspect.getmembers(kind, inspect.isfunction):
+        if name.startswith(start):
+            signature = inspect.signature(method)
+            parameters = list(signature.parameters.values())[1:]
+            told = [p.annotation for p in parameters]
+            types = [get_args(t)[0] if isinstance(t, UnionType) else t for t in told]
+            result = signature.return_annotation
+            result = {bytes: ctypes.c_char_p, int: ctypes.c_int}.get(result, result)
+            found.append((name, [p.name for p in parameters], types, result))
+    return found
+
+
+@cache
 def _tolerant(kind: Callable[..., Any]) -> Callable[..., Any]:
     """fmpy's class of FMUs, for libraries that lack functions that nobody calls."""
 
     class Tolerant(kind):  # type: ignore[misc, valid-type]
         def _loadFunctions(self) -> None:
             self.dll: Any = _Library(self.dll)
-            super()._loadFunctions()
+            prefix = f"{self.modelIdentifier}_" if kind.__name__.startswith("FMU1") else ""
+            for name, arguments, types, result in _functions(kind):
+                function = getattr(self.dll, prefix + name.replace("fmi1", "fmi") if prefix else name)
+                function.argnames, function.argtypes, function.restype = arguments, types, result
+                self._functions[name] = function
 
     Tolerant.__name__ = kind.__name__  # by which fmpy knows the version
     return Tolerant

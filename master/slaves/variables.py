@@ -244,6 +244,11 @@ class FmuVariables:
             raise ParameterError(f"{shown}{address} = {number:g} is none of its items; known: {', '.join(items)}")
         return number
 
+    @property
+    def has_structural_values(self) -> bool:
+        """Whether structural parameters have been set, so that arrays may have another size than the FMU tells."""
+        return bool(self._structural)
+
     def start(self, name: str) -> Any:
         """The start value of a variable in its type; None where only the FMU knows it.
 

@@ -64,7 +64,9 @@ def parameters_in_force(
     names: dict[str, set[str]] = {}
     for component, name in by_end:
         names.setdefault(component, set()).add(name)
+    of_fmus: dict[int, dict[str, tuple[Any, str | None, str]]] = {}
     for component, instance in system.instances.items():
+        own = of_fmus.setdefault(id(instance.description), {}) if not instance.has_structural_values else {}
         for name in _listed(instance, names.get(component, set())):
             end = component, name
             if end in links:
@@ -74,14 +76,19 @@ def parameters_in_force(
             elif end in by_end and system.connections.driver(end) is None:
                 parameters.append(_stated(system, by_end[end]))
             elif end not in by_end:
-                parameters.append(ParameterInForce(*end, _start(instance, name), instance.unit_name(name), FMU, ""))
-    return [replace(p, text=_description(system, p)) for p in parameters]
+                if name not in own:
+                    own[name] = _start(instance, name), instance.unit_name(name), _text_of(instance, name)
+                value, unit, text = own[name]
+                parameters.append(ParameterInForce(component, name, value, unit, FMU, "", text))
+                continue
+            else:
+                continue
+            parameters[-1] = replace(parameters[-1], text=_text_of(instance, name))
+    return parameters
 
 
-def _description(system: System, p: ParameterInForce) -> str:
-    instance = system.instances.get(p.component)
-    variable = instance.variables.get(p.variable) if instance is not None else None
-    return " ".join(str(getattr(variable, "description", None) or "").split())
+def _text_of(instance: FmuInstance, name: str) -> str:
+    return " ".join(str(getattr(instance.variables.get(name), "description", None) or "").split())
 
 
 def _listed(instance: FmuInstance, with_values: set[str]) -> Iterator[str]:
