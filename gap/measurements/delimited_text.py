@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import deque
 from collections.abc import Iterator
 from math import inf, nan
 from pathlib import Path
@@ -15,6 +16,7 @@ from ...core.plain_numbers import plain_number
 from ...core.repeated import repeated
 from ...core.unit_names import named
 from ..settings import FILE_LIMITS
+from .plain_rows import plain_rows
 from .table import (
     Column,
     FloatArray,
@@ -76,7 +78,8 @@ def read(path: Path, form: TextFormat) -> MeasurementTable:
 
 def _read(path: Path, file: IO[str], form: TextFormat) -> MeasurementTable:
     delimiter = form.delimiter or _delimiter(file)
-    rows = _rows(file, delimiter)
+    source = _Lines(file)
+    rows = _rows(source, delimiter)
     names = next(([cell.strip() for cell in row] for _, row in rows if row), [])
     if not any(names):
         raise MeasurementError(f"{path}: is empty")
@@ -85,23 +88,93 @@ def _read(path: Path, file: IO[str], form: TextFormat) -> MeasurementTable:
     number = NumberReader("." if delimiter == "," and form.decimal is None else form.decimal)
     units: list[str | None] = [split_unit(name)[1] for name in names]
     stamps: list[TimeStamp] = []
-    values: list[list[float]] = []
-    lines: list[int] = []
+    data = _Data(len(names))
     for line, row in rows:
         if not row:
             continue
         if len(row) != len(names):
             raise MeasurementError(f"{path}, line {line}: {_wrong_count(row, names, delimiter)}")
-        if not lines and _is_units_row(row, number):
+        if not data.has_rows and _is_units_row(row, number):
             units = [_bare_unit(cell) or unit for cell, unit in zip(row, units, strict=True)]
             continue
-        if (stamp := _stamp(row[0], number, stamps, bool(lines), f"{path}, line {line}")) is not None:
+        if (stamp := _stamp(row[0], number, stamps, data.has_rows, f"{path}, line {line}")) is not None:
             stamps.append(stamp)
             row = ["", *row[1:]]
-        values.append(_numbers(row, number, f"{path}, line {line}"))
-        lines.append(line)
-    data = np.array(values, dtype=float).reshape(len(values), len(names))
-    return _table(path, names, units, data, stamps, lines)
+        data.add(_numbers(row, number, f"{path}, line {line}"), line)
+        while not stamps and (block := source.block()):
+            many = plain_rows(block, len(names), delimiter, number.decimal)
+            if many is None:  # cell by cell, then
+                break
+            data.add_block(many, source.number + 1)
+            source.skip()
+    return _table(path, names, units, data.values(), stamps, data.lines())
+
+
+class _Lines:
+    """The lines of a file, one after the other, or those ahead together."""
+
+    def __init__(self, file: IO[str]):
+        self._file, self._ahead = file, deque[str]()
+        self.number = 0
+        """Of the line that was given last."""
+
+    def __iter__(self) -> _Lines:
+        return self
+
+    def __next__(self) -> str:
+        line = self._ahead.popleft() if self._ahead else self._file.readline()
+        if not line:
+            raise StopIteration
+        self.number += 1
+        return line
+
+    def block(self) -> list[str]:
+        """Some lines that are ahead, which are not taken; none at the end, or where a block has been begun."""
+        if self._ahead:
+            return []
+        self._ahead.extend(self._file.readlines(FILE_LIMITS.block))
+        return list(self._ahead)
+
+    def skip(self) -> None:
+        """Take the block."""
+        self.number += len(self._ahead)
+        self._ahead.clear()
+
+
+class _Data:
+    """Rows of numbers and the line of each, one by one or many together."""
+
+    def __init__(self, width: int):
+        self._width = width
+        self._blocks: list[FloatArray] = []
+        self._lines: list[np.ndarray] = []
+        self._rows: list[list[float]] = []
+        self._lines_of_rows: list[int] = []
+        self.has_rows = False
+
+    def add(self, row: list[float], line: int) -> None:
+        self._rows.append(row)
+        self._lines_of_rows.append(line)
+        self.has_rows = True
+
+    def add_block(self, rows: FloatArray, first_line: int) -> None:
+        self._gather()
+        self._blocks.append(rows)
+        self._lines.append(np.arange(first_line, first_line + len(rows)))
+
+    def _gather(self) -> None:
+        self._blocks.append(np.array(self._rows, dtype=float).reshape(len(self._rows), self._width))
+        self._lines.append(np.array(self._lines_of_rows, dtype=int))
+        self._rows, self._lines_of_rows = [], []
+
+    def values(self) -> FloatArray:
+        """All rows (n, width)."""
+        self._gather()
+        return np.concatenate(self._blocks)
+
+    def lines(self) -> np.ndarray:
+        """The line of each (n,)."""
+        return np.concatenate(self._lines)
 
 
 def _delimiter(file: IO[str]) -> str:
@@ -113,14 +186,11 @@ def _delimiter(file: IO[str]) -> str:
     return max(even, key=lambda mark: cells[mark][0], default=next((mark for mark in DELIMITERS if mark in head), ","))
 
 
-def _rows(file: IO[str], delimiter: str) -> Iterator[tuple[int, list[str]]]:
+def _rows(source: _Lines, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Line and cells of each record; spaces separate however many there are of them."""
-    if delimiter == " ":
-        yield from ((line, text.split()) for line, text in enumerate(file, 1))
-        return
-    rows = csv.reader(file, delimiter=delimiter)
+    rows = (text.split() for text in source) if delimiter == " " else csv.reader(source, delimiter=delimiter)
     for row in rows:
-        yield rows.line_num, row
+        yield source.number, row
 
 
 def _wrong_count(row: list[str], names: list[str], delimiter: str) -> str:
@@ -175,7 +245,7 @@ def _numbers(row: list[str], number: NumberReader, where: str) -> list[float]:
 
 
 def _table(
-    path: Path, names: list[str], units: list[str | None], data: FloatArray, stamps: list[TimeStamp], lines: list[int]
+    path: Path, names: list[str], units: list[str | None], data: FloatArray, stamps: list[TimeStamp], lines: np.ndarray
 ) -> MeasurementTable:
     time = seconds_since_first(stamps) if stamps else data[:, 0]
     if not stamps and not is_time(names[0]):
@@ -187,4 +257,4 @@ def _table(
         for j, (name, unit) in enumerate(zip(names, units, strict=True))
         if j > 0 and name
     )
-    return MeasurementTable(path, columns, None if stamps else units[0], stamps[0] if stamps else None, tuple(lines))
+    return MeasurementTable(path, columns, None if stamps else units[0], stamps[0] if stamps else None, lines)

@@ -57,14 +57,14 @@ class MeasurementTable:
     columns: Mapping[str, Column]
     time_unit: str | None = None
     first_stamp: TimeStamp | None = None
-    lines: tuple[int, ...] | None = None
+    lines: NDArray[np.int64] | None = None
     """The line of each row, of text."""
     unusable: Mapping[str, str] = field(default_factory=dict)
     """What else the file has: why it is no column."""
 
     def place(self, row: int) -> str:
         """Where a row (counted from 0) stands, for messages."""
-        return f"{self.file}, line {self.lines[row]}" if self.lines else f"{self.file}, row {row + 1}"
+        return f"{self.file}, line {self.lines[row]}" if self.lines is not None else f"{self.file}, row {row + 1}"
 
     @property
     def names(self) -> list[str]:

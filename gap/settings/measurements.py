@@ -33,6 +33,8 @@ class FileLimits:
     """MATLAB structs inside each other that are looked into."""
     jitter_warning_from: float = 0.015
     """Standard deviation of time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
+    block: int = 2**22
+    """Characters of a text file that are read together."""
     min_judged: int = 30
     """Readings of a channel below which nothing is said of faulty ones."""
 

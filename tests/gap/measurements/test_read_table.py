@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from datetime import datetime, timedelta
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
+from deepsea_cosim.gap.measurements import delimited_text
 from deepsea_cosim.gap.measurements.read_table import read_table
 from deepsea_cosim.gap.measurements.table import MeasurementError, TextFormat
+from deepsea_cosim.gap.settings import FILE_LIMITS
 
 T = np.arange(40) * 0.25
 X = np.sin(T)
@@ -57,7 +60,7 @@ def test_row_of_units(tmp_path):
     assert table.columns["flow"] is table.columns["flow [l/min]"]
     assert table.columns["flow"].unit == "l/min"
     assert np.array_equal(table.columns["x"].values, [1.0, np.nan], equal_nan=True)
-    assert table.lines == (4, 5)
+    assert table.lines.tolist() == [4, 5]
 
 
 @pytest.mark.parametrize(
@@ -243,3 +246,47 @@ def test_a_cut_off_mdf_file(tmp_path, capfd):
         with pytest.raises(MeasurementError, match="is it complete"):
             read_table(tmp_path / "b.mf4")
     assert capfd.readouterr().err == ""
+
+
+def one_by_one(monkeypatch):
+    """Reading without the fast way."""
+    monkeypatch.setattr(delimited_text, "plain_rows", lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "mark", "odd"),
+    [(",", ".", {}), (";", ",", {}), ("\t", ".", {}), (";", ".", {40: "nan"}),
+     (",", ".", {7: "", 30: "+1.5", 55: ".5"}), (",", ".", {20: "007", 21: "", 22: ""}), (";", ",", {10: '"3,5"'}), (",", ".", {0: "1", 1: "2"})],
+)  # fmt: skip
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_many_rows_at_once_are_those_one_by_one(tmp_path, monkeypatch, delimiter, mark, odd, end):
+    """Whatever the blocks: bit for bit, with the lines."""
+    x = np.random.default_rng(1).normal(size=(60, 2)) * [1.0, 1e9]
+    cells = [[f"{k}", *(repr(v).replace(".", mark) for v in row)] for k, row in enumerate(x.tolist())]
+    for k, text in odd.items():
+        cells[k][2] = text
+    path = tmp_path / "run.csv"
+    path.write_bytes(end.join(delimiter.join(row) for row in [["time", "a", "b"], *cells, []]).encode())
+    read = []
+    for size in (1, 100, 10**6):
+        monkeypatch.setattr(delimited_text, "FILE_LIMITS", replace(FILE_LIMITS, block=size))
+        read.append(read_table(path))
+    one_by_one(monkeypatch)
+    slow = read_table(path)
+    for table in read:
+        assert table.lines.tolist() == slow.lines.tolist()
+        for name in ("a", "b"):
+            assert np.array_equal(table.columns[name].values, slow.columns[name].values, equal_nan=True)
+
+
+@pytest.mark.parametrize("wrong", ["1,2", "1,2,3,4", "1,true,3", "1,[2],3", "1,1_0,3", "1,1e200,3", "1,2 3,4"])
+def test_what_is_wrong_in_many_rows_is_told_with_its_line(tmp_path, monkeypatch, wrong):
+    lines = ["time,a,b", *(f"{k},{k}.5,2" for k in range(40)), wrong, *(f"{k},1,2" for k in range(50, 60))]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(MeasurementError, match="line 42") as fast:
+        read_table(path)
+    one_by_one(monkeypatch)
+    with pytest.raises(MeasurementError) as slow:
+        read_table(path)
+    assert str(fast.value) == str(slow.value)
