@@ -39,7 +39,7 @@ def problem(f: float, lag: float = 0.5, stated: str | None = None, scenario: flo
     campaign = SimpleNamespace(runs=[run], outputs=[SimpleNamespace(connector="m.x")], file="campaign.toml")
     return SimpleNamespace(
         settings=DEFAULT, campaign=campaign, macro_step=STEP, scenario_stop=scenario, connectors=("m.x",),
-        runs=[SimpleNamespace(stop=float(t[-1]), inputs={"m.u": (t, COMMAND)})],
+        runs=[SimpleNamespace(name="run01", stop=float(t[-1]), inputs={"m.u": (t, COMMAND)})],
         observations=gather([RawBlock(0, 0, "m.x", t, y, 0.01, None, True)]),
         discretisation=SimpleNamespace(method=None), overrides=lambda run, point: {},
         simulator=SimpleNamespace(simulate=lambda jobs: [follow(job, lag) for job in jobs]),
@@ -76,3 +76,8 @@ def test_a_slow_machine_that_is_read_seldom() -> None:
     slow = problem(1e3, lag=0.5)
     slow.simulator.simulate = lambda jobs: [follow(job, 500.0) for job in jobs]
     assert check_time(slow) == []
+
+
+def test_a_run_shorter_than_a_step_is_refused() -> None:
+    with pytest.raises(CampaignError, match=r"run 'run01' lasts .* s, less than a step of the model .*'time_unit'"):
+        check_time(problem(1e-9))

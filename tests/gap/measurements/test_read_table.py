@@ -256,7 +256,8 @@ def one_by_one(monkeypatch):
 @pytest.mark.parametrize(
     ("delimiter", "mark", "odd"),
     [(",", ".", {}), (";", ",", {}), ("\t", ".", {}), (";", ".", {40: "nan"}),
-     (",", ".", {7: "", 30: "+1.5", 55: ".5"}), (",", ".", {20: "007", 21: "", 22: ""}), (";", ",", {10: '"3,5"'}), (",", ".", {0: "1", 1: "2"})],
+     (",", ".", {7: "", 30: "+1.5", 55: ".5"}), (",", ".", {20: "007", 21: "", 22: ""}),
+     (";", ",", {10: '"3,5"'}), (",", ".", {0: "1", 1: "2"})],
 )  # fmt: skip
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_many_rows_at_once_are_those_one_by_one(tmp_path, monkeypatch, delimiter, mark, odd, end):
