@@ -26,8 +26,8 @@ def simulate(
     address, what --set takes (`{"arm.load_weight": 1000, "target": "200mm"}`); parameters: .ssv files; variant;
     stimuli: a CSV file; record, record_parameters: patterns; record_every; results: name of the file, "" for none;
     log: name of a file for what FMUs say; log_level; log_categories; substeps: by component; check_step, realtime,
-    isolate, parallel and save_state: True or False; step_timeout, save_state_every [s]; resume: a saved state, or the
-    folder that has one.
+    isolate, sandbox, parallel and save_state: True or False; step_timeout, save_state_every [s]; resume: a saved state,
+    or the folder that has one.
 
     Returns the result: `.frame()` is a pandas frame of the signals, `.plot()` a figure, `.summary` what summary.json
     says. Raises `CosimError`, one line, for whatever is wrong; what was recorded until then is on disk.

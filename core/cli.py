@@ -176,6 +176,8 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if unread:
             return 0
+        if error.errno == errno.EBADF:
+            return failed("an FMU, most likely, has closed files of this process; --isolate says which", 1)
         place = f"{error.filename}: " if error.filename else ""
         return failed(f"{place}{error.strerror or error}", 1)
     except CosimError as error:

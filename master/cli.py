@@ -111,6 +111,10 @@ def _add_run(run: argparse._ArgumentGroup) -> None:
         "--isolate", action="store_true", help="run each FMU in a process of its own, so that one may crash or hang"
     )
     run.add_argument(
+        "--sandbox", action="store_true",
+        help="as --isolate, and an FMU may write into its own folders only and use no network (Linux with Landlock)",
+    )  # fmt: skip
+    run.add_argument(
         "--step-timeout", metavar="S", type=seconds, help="longest time for a step of an FMU, with --isolate"
     )
     run.add_argument(
@@ -310,6 +314,7 @@ def _settings(options: argparse.Namespace) -> Options:
         substeps=tuple(options.substeps),
         realtime=options.realtime,
         isolate=options.isolate,
+        sandbox=options.sandbox,
         parallel=options.parallel,
         step_timeout=options.step_timeout,
         check_step=options.check_step,

@@ -44,6 +44,8 @@ class Options:
     realtime: bool = False
     isolate: bool = False
     """Each FMU in a process of its own."""
+    sandbox: bool = False
+    """So, and an FMU may write into its own folders only, and use no network."""
     parallel: bool = False
     """FMUs that do not depend on each other within a step take it side by side, in threads, and those that run in
     Python in processes."""
@@ -73,12 +75,14 @@ class Options:
             "parameters": _paths, "variant": as_text, "stimuli": as_path, "record": as_texts, "plot": as_texts,
             "record_every": _count, "results": _file_name, "log": _file_name, "log_level": as_text,
             "log_categories": as_texts, "substeps": _substeps, "realtime": _switch,
-            "isolate": _switch, "parallel": _switch, "check_step": _switch,
+            "isolate": _switch, "sandbox": _switch, "parallel": _switch, "check_step": _switch,
         }  # fmt: skip
         for f in fields(self):
             value = getattr(self, f.name)
             if value is not None or f.default is not None:
                 object.__setattr__(self, f.name, convert[f.name](f.name, value))
+        if self.sandbox:
+            object.__setattr__(self, "isolate", True)
 
 
 def options_of(values: Mapping[str, Any]) -> Options:

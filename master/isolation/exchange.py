@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from ..engine.program import ValueBuffer
 from ..engine.values import TEXT, ExchangeGroup
+from . import plain_pickle
 
 SET, STEP, GET = b"s", b"d", b"g"
 """Operations: give the inputs, do a step, read the outputs."""
@@ -47,7 +48,7 @@ class SignalBytes:
             slots[place] = content[start:end]
             start = end
         if self._texts:
-            for place, texts in zip(self._texts, pickle.loads(content[start:]), strict=True):
+            for place, texts in zip(self._texts, plain_pickle.loads(content[start:]), strict=True):
                 buffer.texts[place] = texts
 
 

@@ -15,15 +15,17 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
 from ...core.errors import CosimError, Interrupted, PackageError, SimulationError
+from ...core.scratch import make_scratch
 from ..engine.loop import U8
 from ..engine.program import Program
 from ..slaves.base import FmuInstance, Log
 from ..slaves.siblings import Siblings
-from . import exchange
+from . import exchange, plain_pickle
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "HOME", "TMPDIR", "VIRTUAL_ENV")
 KEPT_PARTS = ("PYTHON", "NUMBA", "DEEPSEA", "LICENSE")
@@ -53,9 +55,12 @@ class IsolatedInstance(FmuInstance):
 
     def __init__(
         self, real: FmuInstance, step_timeout: float | None = None, interrupt: list[int] | None = None,
-        saves: bool = False,
+        saves: bool = False, sandbox: bool = False,
     ):  # fmt: skip
-        """saves: the state is wanted where the run is asked to end (`interrupt`)."""
+        """saves: the state is wanted where the run is asked to end (`interrupt`); sandbox: the process may write into
+        its own folders only, and use no network."""
+        self._sandbox = sandbox
+        self._place: Path | None = None
         self._patience = LAST_CALL if saves else 0.0
         super().__init__(real.name, real.folder, real.description)
         self.types, self.version, self.limits = real.types, real.version, real.limits  # type: ignore[misc]
@@ -98,6 +103,10 @@ class IsolatedInstance(FmuInstance):
         if folders:
             usual = os.environ.get("LD_LIBRARY_PATH")
             environment["LD_LIBRARY_PATH"] = os.pathsep.join([*folders, *([usual] if usual else [])])
+        own = [str(self.folder)]
+        if self._sandbox:
+            environment["TMPDIR"] = str(self._scratch())
+            own.append(environment["TMPDIR"])
         command = [sys.executable, "-m", f"{__package__}.worker", str(theirs.fileno())]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -111,9 +120,15 @@ class IsolatedInstance(FmuInstance):
             "kind": self._kind, "name": self.name, "folder": self.folder, "structural": self._structural,
             "substeps": self.substeps, "inputs": self.input_groups, "outputs": self.output_groups,
             "out_parameters": self.out_parameters, "buffer_sizes": self._buffer_sizes(), "texts": self.texts,
-            "message_log": self.message_log,
+            "message_log": self.message_log, "writable": own if self._sandbox else None,
         }  # fmt: skip
         self._pipe.send_bytes(pickle.dumps(setup))
+
+    def _scratch(self) -> Path:
+        """Where an FMU in a sandbox may put what it needs for a while."""
+        if self._place is None:
+            self._place = make_scratch("sandbox")
+        return self._place
 
     def _await_loaded(self) -> None:
         if self._process is None:
@@ -154,9 +169,12 @@ class IsolatedInstance(FmuInstance):
                 message = self._pipe.recv_bytes()
                 if exchange.is_step(message):
                     return message
-                kind, content = pickle.loads(message)
+                kind, content = plain_pickle.loads(message)
             except (EOFError, OSError):
                 raise self._died() from None
+            except (pickle.UnpicklingError, ValueError, TypeError):
+                self._kill()
+                raise SimulationError(f"component '{self.name}' says what no FMU says", self._when()) from None
             if kind == "log":
                 self._log(*content)
             elif kind == "error":

@@ -16,7 +16,7 @@ from ...core.errors import CosimError
 from ..engine.program import Program, ValueBuffer
 from ..engine.runner import Runner
 from ..slaves.fmu import describe_folder
-from . import exchange
+from . import exchange, sandbox
 
 NO_NEW_PRIVILEGES = 38
 DIE_WITH_PARENT = 1
@@ -48,6 +48,7 @@ class Worker:
         self.instance.input_groups, self.instance.output_groups = setup["inputs"], setup["outputs"]
         self.instance.texts = setup["texts"]
         self.instance.message_log = setup["message_log"]
+        self.writable: list[str] | None = setup["writable"]
         self.time: float | None = None
         """Start of the step that is under way [s]; None before the initialisation."""
         if self.instance.message_log is not None:
@@ -69,6 +70,8 @@ class Worker:
         self.pipe.send_bytes(pickle.dumps((kind, content)))
 
     def load(self) -> None:
+        if self.writable is not None:
+            sandbox.restrict(self.writable)
         self.instance.load(lambda *message: self.log(*message))
         for operations in (b"", exchange.STEP, exchange.SET + exchange.STEP):
             for end in (b"", exchange.GET):

@@ -16,7 +16,7 @@ enum { PAUSE_NS = 10000000, MOMENT = 200, PATIENCE = 6000 }; /* 2 s, and 60 s fo
 static const int kinds[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 static struct sigaction before[KINDS];
-static volatile int speaker = -1, answered;
+static volatile int speaker = -1, answered, ending;
 static int registered;
 static char stack[65536]; /* of the handler: the crash may be that the other one is full */
 
@@ -32,8 +32,10 @@ static void tell(unsigned char what)
 static void crashed(int number)
 {
     int k;
-    for (k = 0; k < KINDS; k++) sigaction(kinds[k], &before[k], NULL);
+    if (__atomic_exchange_n(&ending, 1, __ATOMIC_SEQ_CST)) /* another thread did, and has the word */
+        for (;;) pause();
     tell((unsigned char)number);
+    for (k = 0; k < KINDS; k++) sigaction(kinds[k], &before[k], NULL);
     /* what crashed does so again, and finds the handler that was there before */
 }
 
@@ -50,6 +52,7 @@ SHOWN void watch_for_the_end(int writer)
         other.ss_size = sizeof stack;
         sigaltstack(&other, NULL);
     }
+    ending = 0;
     mine.sa_handler = crashed;
     mine.sa_flags = SA_ONSTACK | SA_NODEFER;
     sigemptyset(&mine.sa_mask);
@@ -61,7 +64,7 @@ SHOWN void watch_for_the_end(int writer)
 SHOWN void watch_no_longer(void)
 {
     int k;
-    if (speaker < 0) return;
+    if (speaker < 0 || ending) return; /* what crashes in several threads is told once */
     speaker = -1;
     for (k = 0; k < KINDS; k++) sigaction(kinds[k], &before[k], NULL);
 }

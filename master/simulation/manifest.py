@@ -86,7 +86,7 @@ def _arguments(options: Options) -> list[str]:
         made += ["--log-category", category]
     for pattern in options.plot:
         made += ["--plot", pattern]
-    for name in ("isolate", "parallel", "realtime", "check_step", "save_state"):
+    for name in ("isolate", "sandbox", "parallel", "realtime", "check_step", "save_state"):
         made += [f"--{name.replace('_', '-')}"] if getattr(options, name) else []
     return made
 

@@ -16,6 +16,7 @@ from ..coupling.initialisation import parameter_order
 from ..coupling.power_bonds import Bond, find_bonds
 from ..engine import step_threads
 from ..isolation.isolated import IsolatedInstance, supported
+from ..isolation.sandbox import landlock_version
 from ..options import Options
 from ..results import check_writable
 from ..results.columns import RecordLayout
@@ -155,6 +156,8 @@ def check_options(options: Options) -> None:
         raise UsageError("--check-step runs the whole time again and cannot be had with --resume")
     if options.isolate and not supported():
         raise UsageError("--isolate cannot be had on this system: FMUs run in the master's process (docs/platforms.md)")
+    if options.sandbox and not landlock_version():
+        raise UsageError("--sandbox needs Landlock (Linux 5.13 or later); --isolate alone keeps crashes apart")
     if options.step_timeout is not None and not options.isolate:
         raise UsageError("--step-timeout needs --isolate: only a process of its own can be stopped")
 
@@ -207,7 +210,7 @@ def _isolated(
     def apart(instance: FmuInstance) -> bool:
         return instance.is_foreign and (options.isolate or (able and instance.runs_in_python))
 
-    arguments = options.step_timeout, interrupt, options.saves
+    arguments = options.step_timeout, interrupt, options.saves, options.sandbox
     return {n: IsolatedInstance(s, *arguments) if apart(s) else s for n, s in instances.items()}
 
 

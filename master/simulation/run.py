@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import platform
 from collections.abc import Callable, Sequence
@@ -200,6 +201,11 @@ class _Run:
             self.remarks += self.saver.remarks() if self.saver is not None else []
             self.recording.flush()
             self.recording.finish()
+        except OSError as caught:
+            if caught.errno != errno.EBADF:
+                raise
+            where = f"at t = {self.loop.time:g} s or before: files of the master are closed; --isolate says which"
+            failure = SimulationError(f"an FMU has closed what is not its own {where}", self.loop.time)
         except OutputError as caught:  # nothing more can be written
             time = self.loop.time
             left = self.recording.written_to

@@ -120,10 +120,13 @@ class LibraryInstance(FmuInstance):
         from fmpy.logging import addLoggerProxy
 
         callbacks = getattr(api, f"{prefix}CallbackFunctions")()
-        callbacks.logger = ctypes.cast(_receiver(), getattr(api, f"{prefix}CallbackLoggerTYPE"))
+        writer = _writer()
+        hears = _receiver() if writer is None else writer
+        callbacks.logger = ctypes.cast(hears, getattr(api, f"{prefix}CallbackLoggerTYPE"))
         callbacks.allocateMemory = getattr(api, f"{prefix}CallbackAllocateMemoryTYPE")(calloc)
         callbacks.freeMemory = getattr(api, f"{prefix}CallbackFreeMemoryTYPE")(free)
-        addLoggerProxy(ctypes.byref(callbacks))
+        if writer is None:
+            addLoggerProxy(ctypes.byref(callbacks))
         self._keep.append(callbacks)
         return callbacks
 
@@ -323,6 +326,18 @@ def _receiver() -> Any:
 
     kind = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
     return kind(hear)
+
+
+@cache
+def _writer() -> Any:
+    """The function of `log.c`, which puts values into messages and hands these to `_receiver`; None where it was not
+    compiled: fmpy's does so then, which a %n in a message crashes."""
+    try:
+        library = ctypes.CDLL(str(Path(__file__).with_name("_log.abi3.so")))
+    except OSError:
+        return None
+    library.hand_messages_to(_receiver())
+    return library.write_message
 
 
 class _Library:
