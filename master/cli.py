@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -13,11 +14,12 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from ..core import ending
 from ..core.cli import OneLineParser, add_version, decimal, end_with, exit_code, folder, positive, seconds
 from ..core.console import add_output, conclude
+from ..core.errors import CosimError
+from ..core.guardian import guarded
 from .algorithms import DEFAULT, NAMES
 
 if TYPE_CHECKING:
     from ..core.display_units import DisplayUnits
-    from ..core.errors import CosimError
     from .options import Options
     from .simulation.result import Result
 
@@ -366,7 +368,6 @@ def _note(text: str) -> None:
 
 def _page(folder: Path, display: DisplayUnits) -> list[str]:
     """The name of the page, once it is written; what keeps it from that is told, for the run itself is done."""
-    from ..core.errors import CosimError
     from .page.write import write_page
 
     try:
@@ -379,17 +380,34 @@ def _page(folder: Path, display: DisplayUnits) -> list[str]:
 def _on_hang(error: CosimError) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
     from ..core.errors import Interrupted
+    from ..core.guardian import tell
     from ..core.scratch import remove_all
 
     by_user = isinstance(error, Interrupted)
     print(f"cosim-master: {'interrupted: ' if by_user else ''}{error}", file=sys.stderr, flush=True)
     remove_all()
+    tell.finished()
     os._exit(ending.code() if by_user else 1)
+
+
+def _unasked(what: str, results: list[str], time: float | None) -> str:
+    """The line about a run that ended without a word; its summary is written, where there is none."""
+    from .simulation.run_folder import last_time, write_summary
+
+    folder, file = Path(results[0]), results[1]
+    kept = ""
+    if results[0] and folder.is_dir() and not (folder / "summary.json").exists():
+        written = last_time(folder / file) if file.endswith(".csv") else None
+        kept = f"; what was recorded up to t = {written:g} s is kept" if written is not None else ""
+        with suppress(CosimError):
+            write_summary(folder, {"status": "failed", "error": what, "stop_time_s": time, "warnings": []})
+    hint = "; --isolate says which" if "component" not in what else "; --isolate keeps the others from it"
+    return f"{what}{kept}{hint}"
 
 
 def command() -> NoReturn:
     """The console script."""
-    end_with(main)
+    end_with(lambda: guarded("cosim-master", main, _unasked))
 
 
 if __name__ == "__main__":

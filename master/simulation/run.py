@@ -16,6 +16,7 @@ from typing import Any
 
 from ...core.errors import CosimError, Interrupted, OutputError, SimulationError
 from ...core.files import returning, writing
+from ...core.guardian import tell
 from ...core.scratch import scratch
 from ...core.versions import versions
 from ..accuracy.divergence import divergence
@@ -83,6 +84,7 @@ def run(
         plan.remarks += check_resumed(plan, run_identity, folder)
         files = stack.enter_context(result_folder(folder, options.results, options.log, say))
         options = plan.options
+        tell.results(str(files.folder), options.results)
         write_manifest(files.place, manifest(package, plan.network, options))
         under_way = _Run(package, files, plan, interrupt, on_hang, begin, run_identity)
         under_way.start(stack, log, stride)

@@ -11,6 +11,7 @@ from typing import cast
 import numpy as np
 
 from ...core.errors import Interrupted, SimulationError
+from ...core.guardian import tell
 from ..engine.program import Program
 from ..engine.runner import Runner
 from ..slaves.base import FmuInstance
@@ -70,6 +71,7 @@ class MacroSteps:
         self._h = h
         progress(0, n - self.first)
         self._check_start(self.time)
+        self.runner.tell_guardian(start, h)
         self._save(self._is_due())
         told = perf_counter()
         begin = told - self.first * h
@@ -111,6 +113,7 @@ class MacroSteps:
             self._wait(begin + self.time - start, interrupt)
         for drive in self.drives:
             self.system.values.put(drive.signal, drive.value(stop), drive.element)
+        tell.no_steps()
         with interrupt.watching(partial(abandon, self._exchange)):
             self._exchange.once()
         recording.add_final_row(self.time)

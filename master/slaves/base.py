@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import SimulationError
+from ...core.guardian import tell
 from ..engine.program import Program
 from ..engine.values import ExchangeGroup, Signal
 from .message_log import FATAL, STATUS, MessageLog
@@ -62,7 +63,7 @@ class FmuInstance(FmuVariables, ABC):
         """Where doStep of FMI 3.0 says that the FMU has come to [s]."""
         self.negated: frozenset[str] = frozenset()
         """Variables that are the negative of what their value reference stands for; only FMI 1.0 has some."""
-        self.in_call = ""
+        self._in_call = ""
         """The call that the FMU is in, outside of steps."""
         self.termination_error = ""
         """What went wrong as the FMU was ended, once it is."""
@@ -181,6 +182,16 @@ class FmuInstance(FmuVariables, ABC):
         raise SimulationError(f"component '{self.name}' cannot restore a serialised state")
 
     # errors
+
+    @property
+    def in_call(self) -> str:
+        """What the FMU has been called for and has not come back from."""
+        return self._in_call
+
+    @in_call.setter
+    def in_call(self, doing: str) -> None:
+        self._in_call = doing
+        tell.call(self.name if doing else "", doing)
 
     def call(self, function: Callable[..., Any], *args: Any, doing: str, **kwargs: Any) -> Any:
         """Call a function of fmpy; a failure becomes a `SimulationError` with the FMU's own message."""

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -187,8 +188,13 @@ def _wait(condition, longest=60.0):
 
 
 def _children(pid):
+    """Processes of workers below a process, which has a guardian between it and what it runs."""
     found = subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=False).stdout.split()
-    return [int(p) for p in found] if len(found) >= 2 else None
+    workers = []
+    for child in map(int, found):
+        command = Path(f"/proc/{child}/cmdline").read_bytes() if Path(f"/proc/{child}").exists() else b""
+        workers += [child] if b"isolation.worker" in command else _children(child)
+    return workers
 
 
 def _alive(pid):

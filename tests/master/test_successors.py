@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.core.files import held
 from deepsea_cosim.master.cli import main
 from deepsea_cosim.master.page.record import read_record
 from deepsea_cosim.master.results.blocks import whole
@@ -34,6 +35,19 @@ def good(fmus, tmp_path):
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def killed(running, out):
+    """Kill a run; its process is gone once nobody holds the folder."""
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        try:
+            with held(out, "the run"):
+                return
+        except CosimError:
+            time.sleep(0.02)
 
 
 def test_a_start_that_fails_keeps_the_earlier_result(good, fmus, tmp_path):
@@ -110,8 +124,7 @@ def test_a_run_killed_in_its_set_up_is_told_by_the_next(good, fmus, tmp_path, ca
     until = time.monotonic() + 60
     while not (out / STAGE / "manifest.json").exists() and time.monotonic() < until:
         time.sleep(0.02)
-    running.send_signal(signal.SIGKILL)
-    running.wait()
+    killed(running, out)
     assert {name: c for name, c in contents(out).items() if not name.startswith(STAGE)} == before
     capsys.readouterr()
     assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
@@ -128,8 +141,7 @@ def test_a_run_killed_in_its_steps_leaves_its_record_up_to_a_time_that_is_told(f
     while not ((out / "results.csv").exists() and (last_time(out / "results.csv") or 0.0) > 0.0):
         assert time.monotonic() < until
         time.sleep(0.02)
-    running.send_signal(signal.SIGKILL)
-    running.wait()
+    killed(running, out)
     time_kept = last_time(out / "results.csv")
     assert main([str(path), "--out", str(out), "--no-plot", "--quiet", "--stop-time", "1"]) == 0
     told = f"the run before was killed; its record, recorded up to t = {time_kept:g} s, stays"
