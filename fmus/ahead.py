@@ -69,7 +69,7 @@ def compiled(kernel: Any) -> tuple[bytes, dict[str, Any]] | None:
             arguments.append(f"x{i}")
             told.append(str(kind))
     space: dict[str, Any] = {"kernel": kernel, "carray": carray}
-    exec(f"def call({', '.join(names)}):\n    return kernel({', '.join(arguments)})\n", space)
+    exec(f"def call({', '.join(names)}):\n    return kernel({', '.join(arguments)})\n", space)  # noqa: S102  our own text
     made = cfunc(types.void(*kinds) if result == types.none else result(*kinds))(space["call"])
     code = made._library._get_compiled_object()
     return code, {"symbol": made.native_name, "arguments": told, "result": str(result)}
@@ -99,7 +99,7 @@ def main(arguments: list[str]) -> None:
     name, module, folder, *replaced = arguments
     for one in replaced:
         other, _, file = one.partition("=")
-        exec(Path(file).read_text(), vars(import_module(f"{ROOT}.fmus.{other}")))
+        exec(Path(file).read_text(), vars(import_module(f"{ROOT}.fmus.{other}")))  # noqa: S102  our own
     compiler = c_compiler()
     assert compiler
     build(name, module, Path(folder), compiler)
