@@ -107,7 +107,7 @@ def attempt(folder: Path, how: str, where: str, way: str) -> Outcome:
         return Outcome("runs" if status in ("ok", "ended") else "nothing, and exit code 0", last, wrote)
     if done.returncode == 143 and how == "parent":
         return Outcome("told", last, wrote)
-    is_named = "rogue" in last or "--isolate says which" in last
+    is_named = "rogue" in last or "--isolate says" in last
     return Outcome("told" if is_named and last.startswith("cosim-master: ") else "not named", last, wrote)
 
 

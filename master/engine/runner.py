@@ -131,14 +131,14 @@ class Runner:
     def stuck(self, crash: str = "") -> tuple[int, str]:
         """For another thread, while `run` does not come back: the rows that are complete, and who does not.
 
-        lost: what an FMU did to the process.
+        crash: what an FMU did to the process, to be filled with who was in what.
         """
         done, operation = int(self._report[1]), int(self._report[2])
         if self.program.rows[operation][0] == loop.FORK:
             operation += 1 + int(np.argmax(self._threads.control[loop.STATUS + operation + 1 :] == loop.UNDERWAY))
         instance, doing = self.program.labels[operation]
         who = f"component '{instance.name}'" if instance is not None else "the master"
-        return done, f"{who} {crash} in {doing}" if crash else f"{who} does not come back from {doing}"
+        return done, crash.format(who, doing) if crash else f"{who} does not come back from {doing}"
 
     @property
     def ended(self) -> EngineInstance | None:

@@ -16,7 +16,7 @@ FILE = "last_words.txt"
 
 
 def leave_last_words(folder: Path, told: Callable[[str], str]) -> None:
-    """From now on: told("crashed (SIGSEGV)") into a file of the folder, where an FMU crashes or calls exit().
+    """From now on: told("{} crashed (SIGSEGV) in {}") into a file of the folder, where an FMU crashes or calls exit().
 
     Where the library that hears of it was not compiled nothing is left.
     """

@@ -6,6 +6,7 @@
  */
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -17,6 +18,7 @@ static const int kinds[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 enum { KINDS = sizeof kinds / sizeof *kinds };
 static struct sigaction before[KINDS];
 static volatile int speaker = -1, answered, ending;
+static volatile long thread;
 static int registered;
 static char stack[65536]; /* of the handler: the crash may be that the other one is full */
 
@@ -34,6 +36,7 @@ static void crashed(int number)
     int k;
     if (__atomic_exchange_n(&ending, 1, __ATOMIC_SEQ_CST)) /* another thread did, and has the word */
         for (;;) pause();
+    thread = syscall(SYS_gettid);
     tell((unsigned char)number);
     for (k = 0; k < KINDS; k++) sigaction(kinds[k], &before[k], NULL);
     /* what crashed does so again, and finds the handler that was there before */
@@ -68,6 +71,9 @@ SHOWN void watch_no_longer(void)
     speaker = -1;
     for (k = 0; k < KINDS; k++) sigaction(kinds[k], &before[k], NULL);
 }
+
+/* Which thread has crashed, as the system numbers them. */
+SHOWN long crashed_thread(void) { return thread; }
 
 /* The other thread has understood, and ends the process. */
 SHOWN void heard(void) { answered = 1; }

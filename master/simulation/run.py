@@ -406,9 +406,9 @@ class _Run:
         instance = next((s for s in self.plan.instances.values() if s.in_call), None)
         who = f"component '{instance.name}'" if instance else "an FMU"
         where = f"{phase} ({instance.in_call})" if instance else phase
-        hint = "" if instance else "; --isolate says which"
+        hint = "" if instance and not crash.startswith("a thread") else "; --isolate says which"
         if crash:
-            return SimulationError(f"{who} {crash} in {where}{hint}")
+            return SimulationError(crash.format(who, where) + hint)
         return Interrupted(f"{who} does not come back from {where}{hint}")
 
     def _end_process(self, error: CosimError) -> None:

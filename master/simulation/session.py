@@ -113,7 +113,7 @@ class Session:
             done, who = runner.stuck(crash)
             return f"{who} at t = {start + done * step:g} s"
         calling = next((i for i in self.system.instances.values() if i.in_call), None)
-        return f"component '{calling.name}' {crash} in {calling.in_call}" if calling is not None else ""
+        return crash.format(f"component '{calling.name}'", calling.in_call) if calling is not None else ""
 
     @property
     def is_lost(self) -> bool:

@@ -80,7 +80,7 @@ print(landlock_version())
     [
         ("_exit", "fmi2DoStep", "plain", "told", "ended the whole process (exit code 7) in doStep at t = 0.3 s"),
         ("_exit", "fmi2Instantiate", "plain", "told", "(exit code 7) in being instantiated"),
-        ("thread", "fmi2DoStep", "plain", "told", "crashed (SIGSEGV) in being ended"),
+        ("thread", "fmi2DoStep", "plain", "told", "a thread that an FMU has started crashed (SIGSEGV)"),
         ("descriptors", "fmi2DoStep", "plain", "told", "has closed files of this process; --isolate says which"),
         pytest.param("write", "fmi2DoStep", "isolate", "runs", "", id="write isolated"),
         pytest.param(
