@@ -122,6 +122,8 @@ def _run(main: Callable[[], int]) -> NoReturn:
     except BaseException:
         traceback.print_exc()
         code = 1
+    if scratch := sys.modules.get(f"{__package__}.scratch"):
+        scratch.remove_all()
     tell.finished()
     os._exit(code)
 

@@ -135,6 +135,8 @@ class IsolatedInstance(FmuInstance):
             self._start()
         try:
             self._receive(START_UP)
+        except Interrupted:
+            raise
         except SimulationError as error:
             raise PackageError(str(error)) from None
 

@@ -28,8 +28,8 @@ EXITED = 250
 CRASHES = (signal.SIGSEGV, signal.SIGFPE, signal.SIGILL, signal.SIGABRT, getattr(signal, "SIGBUS", signal.SIGSEGV))
 
 OnHang = Callable[[str], object]
-"""Has to end the process. Is told what happened, "{} crashed (SIGSEGV) in {}" of who was in what; "" for an FMU that does
-not come back."""
+"""Has to end the process. Is told what happened, "{} crashed (SIGSEGV) in {}" of who was in what; "" for an FMU that
+does not come back."""
 
 
 class Interrupts(list[int]):
@@ -83,7 +83,7 @@ class Interrupts(list[int]):
 def crash_of(got: bytes) -> str:
     """What an FMU did to the process, of the numbers that came, to be filled with who was in what; "" for nothing."""
     crashes = [signal.Signals(number).name for number in got if number in CRASHES]
-    ours = {os.getpid(), *(thread.native_id for thread in threading.enumerate())}  # the first one's is stale after a fork
+    ours = {thread.native_id for thread in threading.enumerate()} | {os.getpid()}  # a fork leaves the first one's
     if crashes and ending_library().crashed_thread() not in ours:
         return f"a thread that an FMU has started crashed ({crashes[0]}), while {{}} was in {{}}"
     if crashes:
