@@ -166,7 +166,8 @@ class IsolatedInstance(FmuInstance):
                     asked = monotonic() if self._interrupt and asked is None else asked
                     if interruptible and asked is not None and monotonic() - asked >= self._patience:
                         self._kill()
-                        where = f"component '{self.name}' was in {self._current_call}"
+                        doing = self._current_call
+                        where = f"component '{self.name}' was {doing if doing.startswith('being ') else f'in {doing}'}"
                         raise Interrupted(f"interrupted while {where}", self._time)
                 message = self._pipe.recv_bytes()
                 if exchange.is_step(message):

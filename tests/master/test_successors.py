@@ -147,3 +147,26 @@ def test_a_run_killed_in_its_steps_leaves_its_record_up_to_a_time_that_is_told(f
     told = f"the run before was killed; its record, recorded up to t = {time_kept:g} s, stays"
     assert told in capsys.readouterr().err
     assert os.listdir(out).count("summary.json") == 1
+
+
+def test_an_isolated_fmu_that_hangs_as_it_is_loaded_is_interrupted(fmus, tmp_path):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(two(tmp_path / "p.ssp", fmus[2], HANGS_AT_START))]
+    more = ["--out", str(out), "--no-plot", "--quiet", "--isolate"]
+    running = subprocess.Popen([*command, *more], stderr=subprocess.PIPE, text=True)
+    while not (out / "manifest.json").exists():
+        time.sleep(0.02)
+    running.terminate()
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 128 + signal.SIGTERM
+    assert said.startswith("cosim-master: interrupted while component '")
+    assert " was being loaded" in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_command_leaves_no_temporary_files(good, tmp_path):
+    temporary = tmp_path / "temp"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(good), "--out", str(tmp_path / "out"), "--no-plot"]
+    subprocess.run([*command, "--quiet"], check=True, env={**os.environ, "TMPDIR": str(temporary)})
+    assert not list(temporary.iterdir())
