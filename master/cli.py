@@ -243,7 +243,10 @@ def _run(options: argparse.Namespace) -> int:
     try:
         result, files = _simulate(options, settings, folder, display)
     except SimulationError:
-        if options.html and (folder / options.results).exists():  # what was recorded shows why it had to stop
+        from .simulation.run_folder import FAILED
+
+        is_new = (folder / options.results).exists() and not (folder / FAILED).exists()
+        if options.html and is_new:  # what was recorded shows why it had to stop
             _page(folder, display)
         raise
     if options.html:

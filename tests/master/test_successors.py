@@ -63,6 +63,8 @@ def test_a_start_that_fails_keeps_the_earlier_result(good, fmus, tmp_path):
     assert failed == {f"{FAILED}/{name}" for name in ("summary.json", "manifest.json", "fmu.log")}
     assert {name: after[name] for name in set(after) - failed} == before
     assert json.loads(after[f"{FAILED}/summary.json"])["status"] == "failed"
+    assert main([str(bad), "--out", str(out), "--no-plot", "--html"]) == 1
+    assert not (out / "results.html").exists()  # it would show the earlier result
     run(good, out)
     assert set(contents(out)) == {"mine.txt", "summary.json", "manifest.json", "results.csv"}
 
