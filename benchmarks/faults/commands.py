@@ -130,7 +130,7 @@ def commands(folder: Path) -> dict[str, Command]:
                 _page_is_complete, exit_codes=(0, 1)),
         Command("new", "gap.cli", (), ("new", str(folder / "toy.ssp"), str(folder / "run0.csv"), "--out", "made",
                 "--force"), "made/campaign.toml", _campaign_is_complete),
-        Command("pack", "gap.cli", (), ("pack", str(campaign), "--out", "p.zip"), "p.zip", _zip_is_sound),
+        Command("pack", "gap.cli", (), ("pack", str(campaign), "--out", "p.zip", "--force"), "p.zip", _zip_is_sound),
         Command("diagnose", "gap.cli", (), ("diagnose", str(campaign), "--out", "out", "--quiet"), "out",
                 _diagnosis_is_complete),
         Command("build", "fmus.cli", ("build", "--out", "out"), ("build", "--out", "out", "--fmi", "3"), "out",

@@ -7,6 +7,7 @@ see the package under the same path.
 from __future__ import annotations
 
 import atexit
+import logging
 import multiprocessing
 import os
 import signal
@@ -205,7 +206,10 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
         client = connect(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:
         raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told in a line
     with client:
+        if not client.scheduler_info()["workers"]:
+            print(f"--dask {address}: there are no workers yet; this waits for them", file=sys.stderr)
         yield DaskExecutor(client)
 
 

@@ -508,6 +508,19 @@ def test_the_command_sends_its_cases_to_the_cluster_at_an_address(doubled, tmp_p
     assert tables[0] == tables[1]
 
 
+def test_a_worker_with_other_code_is_refused(doubled, tmp_path, monkeypatch, capsys):
+    distributed = pytest.importorskip("distributed")
+    from deepsea_cosim.master.parallel import dask_executor
+
+    monkeypatch.setattr(dask_executor, "code_digest", lambda: "of another version")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        line = [*command(doubled, tmp_path), "--quiet", "--dask", cluster.scheduler_address]
+        assert main(line) == 2
+    assert "has another version of deepsea-cosim than this machine" in capsys.readouterr().err
+
+
 def test_a_disk_that_is_full_at_the_end_is_one_line(tmp_path):
     store = Store(tmp_path)
     store.__enter__()
