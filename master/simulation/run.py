@@ -428,7 +428,7 @@ def _check_step(
     half = replace(quiet, step=step, check_step=False, realtime=False, save_state=False, save_state_every=None)
     try:
         with scratch("half-step") as place:
-            again = run(package, place, half, log, progress, 2 * result.stride, on_hang)
+            again = run(package, place / "run", half, log, progress, 2 * result.stride, on_hang)
     except CosimError as error:
         add_failure(result, step, error)
     else:
