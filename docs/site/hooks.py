@@ -16,7 +16,8 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 REPOSITORY = Path(__file__).parents[2]
-PAGES = {"README.md": "index.md", "CHANGELOG.md": "changes.md", "CONTRIBUTING.md": "contributing.md"}
+PAGES = {"README.md": "index.md", "CHANGELOG.md": "changes.md", "CONTRIBUTING.md": "contributing.md",
+         "SECURITY.md": "security.md"}  # fmt: skip
 """Files at the root, and the pages that they are."""
 
 COMMANDS = {"cosim-master": "master", "cosim-fmus": "fmus", "cosim-gap": "gap", "cosim-study": "study"}
