@@ -14,12 +14,14 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, as_completed, wait
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from itertools import islice
 from math import isinf
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from types import TracebackType
 from typing import Any
@@ -84,6 +86,9 @@ class Abandoned(Exception):
 
 GRACE = 0.5
 """Time that processes have to clean up once they are told to end [s]."""
+
+UNDER_WAY = 4000
+"""Tasks that are handed out at a time: a scheduler that is given a million at once is busy with them for minutes."""
 
 STOP_POLL = 0.2
 """Time after which it is looked whether to stop [s]."""
@@ -303,18 +308,14 @@ class Pool:
         except WorkerDied as error:
             return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(error.why)
 
-    def _done(self, futures: Sequence[Future[Any]], stop: Callable[[], bool] | None) -> Iterator[Future[Any]]:
-        """The futures as they are done, until `stop` is true."""
-        if stop is None:
-            yield from as_completed(futures)
-            return
-        pending = set(futures)
-        while pending:
-            if stop():
+    def _next(self, done: SimpleQueue[Future[Any]], stop: Callable[[], bool] | None) -> Future[Any]:
+        """The next future that is done; raises `Abandoned` as soon as `stop` is true."""
+        while True:
+            if stop is not None and stop():
                 self._abandoned = True
                 raise Abandoned
-            done, pending = wait(pending, STOP_POLL, FIRST_COMPLETED)
-            yield from done
+            with suppress(Empty):
+                return done.get(timeout=None if stop is None else STOP_POLL)
 
     def each(
         self, function: Callable[[str, Any], Any], tasks: Sequence[Any], stop: Callable[[], bool] | None = None
@@ -324,12 +325,20 @@ class Pool:
         A `Failure` instead where a Dask cluster gives a task up because its workers died of it; processes of this
         machine raise `WorkerDied`.
         """
-        package = str(self.package)
-        submit = self._executor.submit
-        futures = {submit(_within, self.limit, function, package, task): k for k, task in enumerate(tasks)}
-        processes = list((getattr(self._executor, "_processes", None) or {}).values())
+        package, waiting = str(self.package), iter(enumerate(tasks))
+        done, under_way, processes = SimpleQueue[Future[Any]](), dict[Future[Any], int](), list[Any]()
+
+        def send() -> None:
+            for k, task in islice(waiting, UNDER_WAY - len(under_way)):
+                future = self._executor.submit(_within, self.limit, function, package, task)
+                under_way[future] = k
+                future.add_done_callback(done.put)
+
         try:
-            for future in self._done(list(futures), stop):
+            send()
+            processes += (getattr(self._executor, "_processes", None) or {}).values()
+            while under_way:
+                future = self._next(done, stop)
                 try:
                     result = future.result()
                 except Exception as error:
@@ -342,7 +351,8 @@ class Pool:
                     result = Failure(DIED)
                 self.count += 1
                 self.progress(self.count)
-                yield futures[future], result
+                yield under_way.pop(future), result
+                send()
         except BrokenProcessPool:
             codes = [_end(p) for p in processes]
             if lacking := unguarded(codes):
@@ -352,5 +362,5 @@ class Pool:
             died.why = last_words(Path(self._scratch)) or DIED
             raise died from None
         finally:
-            for future in futures:
+            for future in list(under_way):
                 future.cancel()

@@ -1,12 +1,15 @@
 """Many runs of a package: in processes, on a Dask cluster, and when one fails."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from threading import Lock
 from time import perf_counter, sleep
 
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError
+from deepsea_cosim.master.parallel import pool as pool_module
 from deepsea_cosim.master.parallel.pool import Failure, Job, Pool, session
 from deepsea_cosim.master.simulation.session import Session
 
@@ -36,6 +39,33 @@ def test_processes_give_what_one_session_gives(spring):
         assert np.array_equal(a, b)
     assert told == [1, 2, 3]
     assert pool.count == 3
+
+
+class Counting(ThreadPoolExecutor):
+    """Counts the tasks that are handed out and not done."""
+
+    under_way = most = 0
+    lock = Lock()
+
+    def submit(self, *task):
+        self.add(1)
+        future = super().submit(*task)
+        future.add_done_callback(lambda _: self.add(-1))
+        return future
+
+    def add(self, change):
+        with self.lock:
+            self.under_way += change
+            self.most = max(self.most, self.under_way)
+
+
+def test_so_many_tasks_are_under_way_at_a_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(pool_module, "UNDER_WAY", 3)
+    with Counting(2) as executor, Pool(tmp_path / "none.ssp", executor) as pool:
+        found = dict(pool.each(lambda _, task: task * task, range(40)))
+    assert found == {k: k * k for k in range(40)}
+    assert executor.most <= 3
+    assert pool.count == 40
 
 
 def test_macro_steps_between_recorded_points(spring):
