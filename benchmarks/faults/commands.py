@@ -117,14 +117,14 @@ def commands(folder: Path) -> dict[str, Command]:
     for place, stop in ((results, "20"), (other, "10")):
         line = [sys.executable, "-m", "deepsea_cosim.master.cli", str(package), *run]
         subprocess.run([*line, "--out", str(place), "--stop", stop], check=True)
-    sweep = ("sweep", str(package), "--vary", "a.D[1,1]=1:6:1", "--metric", "max(a.y1)", "--quiet", "--jobs", "2")
+    sweep = ("sweep", str(package), "--vary", "a.D[1,1]=1:6:1", "--metric", "max(a.y1)", "--quiet", "--processes", "2")
     found = (
         Command("run", "master.cli", (str(package), *run, "--out", "out", "--stop", "3"),
                 (str(package), *run, "--out", "out", "--html"), "out", _run_is_complete, _run_tells),
         Command("isolated", "master.cli", (str(package), *run, "--out", "out", "--stop", "3"),
                 (str(package), *run, "--out", "out", "--isolate", "--step", "0.01"), "out",
                 lambda p: _status(p) == "ok" and _rows(p / "results.csv") == 2001, _run_tells),
-        Command("sweep", "study.cli", (*sweep, "--stop", "2", "--out", "out"), (*sweep, "--out", "out"), "out",
+        Command("sweep", "study.cli", (*sweep, "--stop-time", "2", "--out", "out"), (*sweep, "--out", "out"), "out",
                 _sweep_is_complete, _sweep_tells),
         Command("compare", "master.cli", (), ("compare", str(results), str(other), "--out", "c.html"), "c.html",
                 _page_is_complete, exit_codes=(0, 1)),

@@ -115,7 +115,8 @@ class Trial:
         fine = self.command.exit_codes
         if "Traceback" in error:
             return f"a traceback: {error.strip().splitlines()[-1][:200]}"
-        if fault in ASKED and code not in (*fine, ASKED[fault]):
+        before_python = ASKED.get(fault, 128) - 128  # the signal's own end: the interpreter was not there yet
+        if fault in ASKED and code not in (*fine, ASKED[fault]) and (code != -before_python or error.strip()):
             return f"exit code {code} where it was asked to end: {error.strip()[-200:]}"
         if fault == "clock" and code not in fine:
             return f"exit code {code}: {error.strip()[-200:]}"
