@@ -291,7 +291,6 @@ def _conclude(options: argparse.Namespace, result: Result, files: list[str], dis
         yield f"\n{result.folder}: {', '.join(files)}"
         if options.results:
             yield f"{options.results} is in the FMUs' units, which summary.json has"
-        if options.results:
             yield f"cosim-master open {result.folder}   shows it in a browser"
 
     conclude(options, lambda: run_content(result, files, display), lines)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -131,14 +131,7 @@ def _alike(one: str, other: str) -> bool:
 def answers_apart(runs: list[Run]) -> dict[str, list[tuple[float | None, str]]]:
     """(value, unit) in each run of the numbers that the package's answers have and in which they differ, by name."""
     told = [run.record.table("answers").get("values") for run in runs]
-    tables = [table if isinstance(table, Mapping) else {} for table in told]
-    made = {}
-    for name in dict.fromkeys(name for table in tables for name in table):
-        found = [table[name] if isinstance(table.get(name), Mapping) else {} for table in tables]
-        values = [(v.get("value"), str(v.get("unit") or "")) for v in found]
-        if any(value != values[0] for value in values):
-            made[name] = values
-    return made
+    return _apart([table if isinstance(table, Mapping) else {} for table in told])
 
 
 def parameters_apart(runs: list[Run]) -> dict[str, list[tuple[Any, str]]]:
@@ -147,12 +140,15 @@ def parameters_apart(runs: list[Run]) -> dict[str, list[tuple[Any, str]]]:
     Empty where a run tells of no parameters at all, as a file on its own does.
     """
     told = [run.record.table("parameters") for run in runs]
-    if not all(told):
-        return {}
+    return _apart(told) if all(told) else {}
+
+
+def _apart(tables: Sequence[Mapping[str, Any]]) -> dict[str, list[tuple[Any, str]]]:
+    """(value, unit) in each table of what differs, by name; (None, '') where one has none."""
     made = {}
-    for name in dict.fromkeys(name for table in told for name in table):
-        found = [table[name] if isinstance(table.get(name), Mapping) else {} for table in told]
-        values = [(p.get("value"), str(p.get("unit") or "")) for p in found]
+    for name in dict.fromkeys(name for table in tables for name in table):
+        found = [table[name] if isinstance(table.get(name), Mapping) else {} for table in tables]
+        values = [(v.get("value"), str(v.get("unit") or "")) for v in found]
         if any(value != values[0] for value in values):
             made[name] = values
     return made

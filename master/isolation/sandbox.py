@@ -27,6 +27,9 @@ TCP = 0b11
 SCOPES = 0b11
 """No abstract sockets, and no signals, to processes outside."""
 
+DEVICES = ("/dev/null", "/dev/zero", "/dev/tty")
+"""What everybody may write to, and libraries open."""
+
 
 @cache
 def landlock_version() -> int:
@@ -45,18 +48,13 @@ def restrict(writable: Sequence[str]) -> None:
     attributes = fields[: 8 if version < 4 else 16 if version < 6 else 24]
     rules = _checked(libc.syscall(CREATE_RULESET, attributes, ctypes.c_size_t(len(attributes)), 0))
     try:
-        for folder in writable:
-            place = os.open(folder, os.O_PATH | os.O_CLOEXEC)
+        devices = [device for device in DEVICES if os.path.exists(device)]
+        for path in (*writable, *devices):
+            rights = writes & (WRITE_FILE | TRUNCATE) if path in devices else writes
+            place = os.open(path, os.O_PATH | os.O_CLOEXEC)
             try:
-                _checked(libc.syscall(ADD_RULE, rules, PATH_BENEATH, struct.pack("=Qi", writes, place), 0))
-            finally:
-                os.close(place)
-        # what everybody may write to, and libraries open
-        for device in ("/dev/null", "/dev/zero", "/dev/tty"):
-            if os.path.exists(device):
-                place = os.open(device, os.O_PATH | os.O_CLOEXEC)
-                rights = WRITE_FILE | (TRUNCATE if version >= 3 else 0)
                 _checked(libc.syscall(ADD_RULE, rules, PATH_BENEATH, struct.pack("=Qi", rights, place), 0))
+            finally:
                 os.close(place)
         _checked(libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0))
         _checked(libc.syscall(RESTRICT_SELF, rules, 0))

@@ -18,7 +18,6 @@ from ..engine.runner import Runner
 from ..slaves.fmu import describe_folder
 from . import exchange, sandbox
 
-NO_NEW_PRIVILEGES = 38
 DIE_WITH_PARENT = 1
 NEW_USER, NEW_NET = 0x10000000, 0x40000000
 
@@ -33,7 +32,7 @@ def drop_rights() -> None:
         with suppress(OSError, AttributeError):
             libc = ctypes.CDLL(None)
             libc.prctl(DIE_WITH_PARENT, 9, 0, 0, 0)
-            libc.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+            libc.prctl(sandbox.NO_NEW_PRIVILEGES, 1, 0, 0, 0)
             libc.unshare(NEW_USER | NEW_NET)
 
 
