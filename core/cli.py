@@ -206,10 +206,9 @@ def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None)
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
         code = int(not isinstance(error, BrokenPipeError))
     except SystemExit as stop:
-        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        code = ending.code_of(stop)
     last()
-    if scratch := sys.modules.get(f"{__package__}.scratch"):
-        scratch.remove_all()
+    ending.put_away()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,6 +12,17 @@ from typing import NoReturn
 
 _asked: list[int] = []
 """The signals that asked this process to end."""
+
+
+def code_of(stop: SystemExit) -> int:
+    """The exit code that a `SystemExit` asks for."""
+    return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+
+
+def put_away() -> None:
+    """Remove this process's temporary folders, for it ends without Python's shutdown."""
+    if scratch := sys.modules.get(f"{__package__}.scratch"):
+        scratch.remove_all()
 
 
 class Terminated(KeyboardInterrupt):

@@ -19,6 +19,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, NoReturn
 
+from . import ending
+
 SIZE, TEXTS, LABELS = 1 << 17, 1024, 8192
 FINISHED, STEPPING = 0, 1
 """Bytes that say so."""
@@ -118,12 +120,11 @@ def _run(main: Callable[[], int]) -> NoReturn:
         code = main()
         sys.stdout.flush()
     except SystemExit as stop:
-        code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        code = ending.code_of(stop)
     except BaseException:
         traceback.print_exc()
         code = 1
-    if scratch := sys.modules.get(f"{__package__}.scratch"):
-        scratch.remove_all()
+    ending.put_away()
     tell.finished()
     os._exit(code)
 

@@ -383,11 +383,10 @@ def _on_hang(error: CosimError) -> NoReturn:
     """The run was asked to end, and an FMU does not come back to let it; or one ends this process."""
     from ..core.errors import Interrupted
     from ..core.guardian import tell
-    from ..core.scratch import remove_all
 
     by_user = isinstance(error, Interrupted)
     print(f"cosim-master: {'interrupted: ' if by_user else ''}{error}", file=sys.stderr, flush=True)
-    remove_all()
+    ending.put_away()
     tell.finished()
     os._exit(ending.code() if by_user else 1)
 
