@@ -40,6 +40,27 @@ def code() -> int:
 
 
 @contextmanager
+def starting_processes() -> Iterator[None]:
+    """Around the start of processes: they inherit that Ctrl-C is held back from them, and decide what it does once
+    they are ready; one that comes meanwhile reaches this process afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def ignore_interrupts() -> None:
+    """Leave Ctrl-C to the process that started this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+@contextmanager
 def terminable() -> Iterator[None]:
     """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away."""
     _asked.clear()

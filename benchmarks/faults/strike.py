@@ -104,7 +104,7 @@ class Trial:
     def _strike(self, process: subprocess.Popen[str], fault: str, chance: random.Random) -> None:
         with suppress(ProcessLookupError):
             if fault == "kill":
-                whom = chance.choice([process.pid, *_session(process.pid)])
+                whom = chance.choice([process.pid, *filter(_is_ours, _session(process.pid))])
                 os.kill(whom, signal.SIGKILL)
             elif fault == "term":
                 os.kill(process.pid, signal.SIGTERM)
@@ -163,6 +163,13 @@ def _session(leader: int) -> list[int]:
                 if int(fields[3]) == leader and fields[0] != "Z":
                     found.append(int(entry.name))
     return found
+
+
+def _is_ours(process: int) -> bool:
+    """Not Python's own bookkeeper of shared memory, whose successor prints an error of what it never heard of."""
+    with suppress(OSError):
+        return b"resource_tracker" not in Path(f"/proc/{process}/cmdline").read_bytes()
+    return False
 
 
 def _gone(leader: int) -> bool:

@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.ending import ignore_interrupts, starting_processes
 from ...core.errors import CosimError, SimulationError, UsageError, install
 from ...core.files import changed
 from ...core.scratch import make_scratch, remove_all, remove_scratch
@@ -143,6 +144,17 @@ def _end(process: multiprocessing.Process) -> int | None:
     return process.exitcode
 
 
+def _end_now(processes: Sequence[multiprocessing.Process]) -> None:
+    """End processes without waiting for what they simulate."""
+    for process in processes:
+        process.terminate()
+    by = monotonic() + GRACE
+    for process in processes:
+        process.join(max(0.0, by - monotonic()))
+        process.kill()
+        process.join()
+
+
 @atexit.register
 def _free_sessions() -> None:
     """Terminate and free the FMUs of this process."""
@@ -179,7 +191,7 @@ def _quiet_worker(scratch: str) -> None:
 
     _settle_in(scratch)
     leave_last_words(Path(scratch), _culprit)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ignore_interrupts()
     signal.signal(signal.SIGTERM, _end_cleanly)
     parent = multiprocessing.parent_process()
 
@@ -258,14 +270,11 @@ class Pool:
         if not self._own:
             return
         processes = list((getattr(self._executor, "_processes", None) or {}).values())
-        if self._abandoned or (kind is not None and not issubclass(kind, Exception)):
-            for process in processes:  # do not wait for what is being simulated
-                process.terminate()
-            by = monotonic() + GRACE
-            for process in processes:
-                process.join(max(0.0, by - monotonic()))
-                process.kill()
-        self._executor.shutdown(wait=True, cancel_futures=True)
+        stops = self._abandoned or (kind is not None and not issubclass(kind, Exception))
+        # what is still to be done is dropped before its processes end: CPython 3.11 prints an error of each else
+        self._executor.shutdown(wait=not stops, cancel_futures=True)
+        if stops:
+            _end_now(processes)
         remove_scratch(Path(self._scratch))
 
     def run(self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None) -> list[np.ndarray | Failure]:
@@ -330,7 +339,8 @@ class Pool:
 
         def send() -> None:
             for k, task in islice(waiting, UNDER_WAY - len(under_way)):
-                future = self._executor.submit(_within, self.limit, function, package, task)
+                with starting_processes():  # the executor starts one when it is given work
+                    future = self._executor.submit(_within, self.limit, function, package, task)
                 under_way[future] = k
                 future.add_done_callback(done.put)
 
@@ -354,6 +364,7 @@ class Pool:
                 yield under_way.pop(future), result
                 send()
         except BrokenProcessPool:
+            under_way.clear()  # the executor gives them up itself, and stumbles over one that is cancelled meanwhile
             codes = [_end(p) for p in processes]
             if lacking := unguarded(codes):
                 raise UsageError(lacking) from None
