@@ -343,7 +343,8 @@ def _simulate(
         plotter: list[Plotter] = []
         show = Progress(options.quiet or options.json)
         record = folder / options.results if options.results else None
-        estimate = Estimate(lambda text: None if options.quiet else _note(text), record)
+        tell = (lambda text: None) if options.quiet else _note
+        estimate = Estimate(tell, record)
 
         def progress(done: int, total: int) -> None:
             if done == 0 and not options.no_plot:  # get ready while the simulation runs
@@ -351,7 +352,8 @@ def _simulate(
             show(done, total)
             estimate(done, total)
 
-        result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang, say=_note)
+        loaded = Estimate(tell, text="{} FMUs will be loaded in about {}")
+        result = run(options.package, folder, settings, progress=progress, on_hang=_on_hang, say=_note, loaded=loaded)
         states = [saved["file"]] if (saved := result.summary.get("saved_state")) else []
         files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json", *states]
         if plotter:

@@ -48,11 +48,13 @@ class Progress:
 
 
 class Estimate:
-    """Says once, as soon as that is known, how long a run will take and how large its record becomes, where it is more
-    than a minute or a gigabyte."""
+    """Says once, as soon as that is known, how long something will take, such as the steps of a run, and how large its
+    record becomes, where it is more than a minute or a gigabyte."""
 
-    def __init__(self, say: Callable[[str], object], file: Path | None):
-        self._say, self._file = say, file
+    def __init__(
+        self, say: Callable[[str], object], file: Path | None = None, text: str = "{} steps will take about {} more"
+    ):
+        self._say, self._file, self._text = say, file, text
         self._begin, self._is_told = perf_counter(), False
 
     def __call__(self, done: int, total: int) -> None:
@@ -65,7 +67,7 @@ class Estimate:
         left, size = elapsed * (total - done) / done, self._size() * total / done
         if left > LONG or size > LARGE:
             told = f", its record about {size / 1e9:.2g} GB" if size > LARGE else ""
-            say(f"{total} steps will take about {_duration(left)} more{told}")
+            say(f"{self._text.format(total, _duration(left))}{told}")
             if self._file is not None and size > (free := disk_usage(self._file.parent).free):
                 say(f"{self._file.parent}: only {free / 1e9:.2g} GB are free; --record and --record-every keep less")
 

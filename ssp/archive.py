@@ -11,16 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..core.errors import OutputError, PackageError
+from ..core.limits import COMPONENTS, ENTRIES, GIGABYTES, limit, remedy
 from .encoding import name_in
 
-MAX_SIZE = 4 * 1024**3
-"""Most bytes that an archive may hold unpacked, with the archives inside it."""
-
-MAX_ENTRIES = 100_000
-"""Most entries, likewise."""
-
-MAX_ELEMENTS = 100_000
-"""Most components and systems of a package."""
+GIGA = 1e9
+"""Bytes of a gigabyte."""
 
 MAX_RATIO, LARGE = 1000.0, 64 * 1024**2
 """Most that a large entry (bytes) may grow when it is unpacked; deflate itself ends at about 1030."""
@@ -28,18 +23,19 @@ MAX_RATIO, LARGE = 1000.0, 64 * 1024**2
 
 @dataclass
 class UnpackLimits:
-    """Bytes and entries that may still be unpacked."""
+    """Bytes and entries that may still be unpacked, components and systems that may still be there."""
 
-    size: int | None = None
-    entries: int = MAX_ENTRIES
-    elements: int = MAX_ELEMENTS
+    size: float = field(default_factory=lambda: GIGA * limit(GIGABYTES))
+    entries: float = field(default_factory=lambda: limit(ENTRIES))
+    elements: float = field(default_factory=lambda: limit(COMPONENTS))
     known: set[Path] = field(default_factory=set)
 
     def element(self, where: str) -> None:
         """Count an element of a system: a small package can refer to its own parts over and over."""
         self.elements -= 1
         if self.elements < 0:
-            raise PackageError(f"{where}: more than {MAX_ELEMENTS} components and systems; refused")
+            most = f"{limit(COMPONENTS):.0f} components and systems"
+            raise PackageError(f"{where}: more than {most}; {remedy(COMPONENTS)}")
 
     def look_into(self, archive: Path) -> None:
         """Count an archive that is unpacked later, once."""
@@ -53,17 +49,20 @@ class UnpackLimits:
 
     def take(self, archive: Path, entries: list[zipfile.ZipInfo]) -> None:
         """Count an archive, or refuse it."""
-        remaining = MAX_SIZE if self.size is None else self.size
         size = sum(entry.file_size for entry in entries)
-        if size > remaining:
-            raise PackageError(f"{archive}: would unpack to {size / 1e9:.1f} GB, more than {remaining / 1e9:.1f} GB")
+        if size > self.size:
+            more = f"would unpack to {size / GIGA:.3g} GB, more than {self.size / GIGA:.3g} GB"
+            needed = limit(GIGABYTES) + (size - self.size) / GIGA
+            raise PackageError(f"{archive}: {more}; {remedy(GIGABYTES, needed + 0.1)}")
         if len(entries) > self.entries:
-            raise PackageError(f"{archive}: holds {len(entries)} entries, more than {self.entries}; refused")
+            more = f"holds {len(entries)} entries, more than {self.entries:.0f}"
+            needed = limit(ENTRIES) + len(entries) - self.entries
+            raise PackageError(f"{archive}: {more}; {remedy(ENTRIES, needed)}")
         for entry in entries:
             growth = entry.file_size / max(1, entry.compress_size)
             if entry.file_size > LARGE and growth > MAX_RATIO:
                 raise PackageError(f"{archive}: entry '{entry.filename}' would grow {growth:.0f} times; refused")
-        self.size, self.entries = remaining - size, self.entries - len(entries)
+        self.size, self.entries = self.size - size, self.entries - len(entries)
 
 
 def extract(archive: Path, folder: Path, limits: UnpackLimits | None = None) -> Path:

@@ -75,6 +75,8 @@ CAMPAIGN: Keys = {
     "run": Key(tables(RUN), "the runs", needed=True),
     "base": Key(tables(CAMPAIGN_BASE), "how well base parameters are known, on top of the catalogue's"),
     "accept": Key(TEXTS, "effects that are known to be there: refitted with the base"),
+    "max_runs": Key(ABOVE_ZERO, "how many runs are taken at most; 2000 if it is not stated"),
+    "max_megabytes": Key(ABOVE_ZERO, "size of the run files together up to which they are read; 1000 by default"),
     **FILE,
 }
 

@@ -15,8 +15,10 @@ from ...core.repeated import repeated
 from ...core.units import unit
 from ..settings import FILE_LIMITS
 from .campaign import BaseTolerance, Campaign, CampaignError, Channel, FactorTolerance, Run
+from .duplicates import copies, distinguish
 from .events import check_events, read_event
 from .keys import FACTOR
+from .limits import check_amount
 from .run_files import FileFormat, file_format, read_run_file
 from .tables import reject_unknown_keys, take
 
@@ -75,7 +77,6 @@ def _run(
     table: dict[str, Any], where: str, folder: Path, channels: tuple[Channel, ...], default: FileFormat,
     warnings: list[str],
 ) -> Run:  # fmt: skip
-    reject_unknown_keys(table, "run", where)
     events = tuple(read_event(t, f"{where}, event {i}") for i, t in enumerate(take.tables(table, where, "event"), 1))
     parameters = take.get(table, where, "parameters", dict, {})
     for address, value in parameters.items():
@@ -121,13 +122,15 @@ def read(path: Path) -> Campaign:
     tables = take.tables(data, str(path), "run")
     only_events = "channel" not in data and any("event" in t for t in tables)
     channels = () if only_events else channels_of(data, path)
+    check_amount(data, path)
     warnings: list[str] = []
     default = file_format(data, str(path))
     runs = tuple(_run(t, f"{path}: run {i}", folder, channels, default, warnings) for i, t in enumerate(tables, 1))
     if not runs:
         raise CampaignError(f"{path}: there are no runs")
-    _distinguish(runs, tables, path)
-    _find_duplicates(runs, {c.connector for c in channels if c.role == "output"}, warnings)
+    distinguish(runs, tables, path)
+    for first, again in copies(runs, {c.connector for c in channels if c.role == "output"}):
+        warnings.append(f"runs '{first.name}' and '{again.name}' hold the same values: one is a copy")
     base = base_of(data, path)
     name = take.get(data, str(path), "name", str, path.stem)
     return Campaign(name, system, effects, channels, runs, base, warnings, path, _accepted(data, path))
@@ -178,26 +181,3 @@ def use_of(table: dict[str, Any], where: str) -> str | None:
     if use not in (None, "fit", "holdout"):
         raise CampaignError(f"{where}: use = '{use}' is neither fit nor holdout")
     return use
-
-
-def _distinguish(runs: tuple[Run, ...], tables: list[dict[str, Any]], path: Path) -> None:
-    """Give runs of the same name that of their file with its folder; every run is told by its name."""
-    names = [r.name for r in runs]
-    for run, table in zip(runs, tables, strict=True):
-        if names.count(run.name) > 1 and "name" not in table and "file" in table:
-            run.name = str(Path(table["file"]).with_suffix("").as_posix())
-    for run in runs:
-        if [r.name for r in runs].count(run.name) > 1:
-            raise CampaignError(f"{path}: two runs are called '{run.name}'; give them names of their own with 'name'")
-
-
-def _find_duplicates(runs: tuple[Run, ...], outputs: set[str], warnings: list[str]) -> None:
-    """Warns of runs with the same readings; a command may be the same in all of them."""
-    for i, a in enumerate(runs):
-        for b in runs[:i]:
-            common = set(a.series) & set(b.series) & outputs
-            if common and all(
-                len(a.series[c][1]) == len(b.series[c][1]) and np.array_equal(a.series[c][1], b.series[c][1])
-                for c in common
-            ):
-                warnings.append(f"runs '{b.name}' and '{a.name}' hold the same values: one is a copy")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ..problem.observations import Block
 from ..problem.problem import Problem
 from ..settings import CHECKS, ONBOARDING
 from .shapes import Likeness, Signal, compare
+
+Columns = Callable[[int], Mapping[str, Signal]]
+"""The columns of a run's file, by its place."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
     """
     found: list[Finding] = []
     late: dict[int, list[tuple[str, float]]] = {}
+    columns_of = cache(partial(_columns_of, problem))  # a large file takes seconds, and each of its channels may ask
     for b in problem.observations.series:
         name, run = problem.campaign.outputs[b.channel].column, problem.runs[b.run].name
         model = nominal[b.place]
@@ -46,7 +51,7 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
             text = f"it moves against the model (correlation {alike.correlation:.2f}); scale = -1 turns its sign"
             found.append(Finding(run, name, text))
         elif alike.correlation < CHECKS.follows_not:
-            found += [Finding(run, name, text) for text in _other_places(problem, b)]
+            found += [Finding(run, name, text) for text in _other_places(problem, b, columns_of)]
     for r, shifts in late.items():
         found.append(_shifted(problem, r, shifts))
     return found
@@ -111,7 +116,7 @@ def _shifted(problem: Problem, r: int, shifts: list[tuple[str, float]]) -> Findi
     return Finding(problem.runs[r].name, names, f"follows the model {amount}: is its clock another one?")
 
 
-def _other_places(problem: Problem, b: Block) -> Iterator[str]:
+def _other_places(problem: Problem, b: Block, columns_of: Columns) -> Iterator[str]:
     """Another connector that the readings follow, another column that follows the model's; else that nothing does."""
     step, channel = problem.macro_step, problem.campaign.outputs[b.channel]
     taken = {c.connector for c in problem.campaign.channels}
@@ -126,7 +131,7 @@ def _other_places(problem: Problem, b: Block) -> Iterator[str]:
             return
         own = Signal(t, rows[0][:, -1])
         known = {c.column for c in problem.campaign.inputs}  # what drives the model is like what that does
-        others = {n: s for n, s in _columns_of(problem, b.run).items() if n not in {channel.column, *known}}
+        others = {n: s for n, s in columns_of(b.run).items() if n not in {channel.column, *known}}
         columns = {n: _follows(s, own) for n, s in others.items()}
         name = max(columns, key=columns.__getitem__, default="")
         if name and columns[name] > CHECKS.follows:

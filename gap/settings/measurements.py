@@ -9,6 +9,12 @@ from dataclasses import dataclass
 class FileLimits:
     """What a campaign's files may hold. Not tuned: what lies beyond is a slip of whoever wrote them down."""
 
+    most_runs: float = 2000.0
+    """Runs of a campaign that are taken unless it says how many: a first budget of 40 takes minutes."""
+    most_megabytes: float = 1000.0
+    """Size of its run files together, unless it says how much: text takes about as much memory while it is read."""
+    megabyte: float = 1e6
+    """Bytes."""
     min_samples: int = 20
     """Fewest samples of a channel in a run that a diagnosis can use."""
     early_start: float = 0.5

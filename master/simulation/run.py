@@ -62,16 +62,17 @@ def run(
     stride: int | None = None,
     on_hang: OnHang | None = None,
     say: Callable[[str], object] = lambda text: None,
+    loaded: Callable[[int, int], None] = lambda *_: None,
 ) -> Result:
     """Run the SSP file `package`, write the results, summary.json and manifest.json into `folder`.
 
     What an earlier run left there is kept until this one has something to show; `say` is told of one that was killed.
 
-    `log` gets (component, status, text) of every message of an FMU, `progress` (steps done, steps in all) at the start
-    and now and then. `stride` is the distance of sampled points in steps, else what gives a few thousand. `on_hang` is
-    called when the run was asked to end and an FMU does not come back, or when an FMU ends the process it is in: in
-    another thread and with everything written. It gets what to say, an `Interrupted` in the first case, and has to end
-    the process.
+    `log` gets (component, status, text) of every message of an FMU, `loaded` (FMUs that are there, FMUs in all),
+    `progress` (steps done, steps in all) at the start and now and then. `stride` is the distance of sampled points in
+    steps, else what gives a few thousand. `on_hang` is called when the run was asked to end and an FMU does not come
+    back, or when an FMU ends the process it is in: in another thread and with everything written. It gets what to say,
+    an `Interrupted` in the first case, and has to end the process.
     Raises `CosimError`; what was recorded until then is kept on disk.
     """
     options = options or Options()
@@ -87,7 +88,7 @@ def run(
         tell.results(str(files.folder), options.results)
         write_manifest(files.place, manifest(package, plan.network, options))
         under_way = _Run(package, files, plan, interrupt, on_hang, begin, run_identity)
-        under_way.start(stack, log, stride)
+        under_way.start(stack, log, stride, loaded)
         under_way.take_steps(progress)
         under_way.warn_of_late_loops()
         result = under_way.result()
@@ -111,14 +112,17 @@ class _Run:
         self.remarks = list(plan.remarks)
         self.answers: Answers | None = None
 
-    def start(self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None) -> None:
+    def start(
+        self, stack: ExitStack, log: Callable[[str, str, str], None], stride: int | None,
+        loaded: Callable[[int, int], None],
+    ) -> None:  # fmt: skip
         """Load and initialise everything; what is loaded goes with the stack."""
         plan, options = self.plan, self.options
         count = plan.times.steps - plan.steps_before
         try:
             self._begin_log(stack)
             with self.interrupt.watching(self._abandon_start):
-                load_instances(plan.instances, stack, log)
+                load_instances(plan.instances, stack, log, loaded)
                 stack.callback(self.interrupt.watch_until_end, self._abandon_end)
                 program = self._initialised()
                 bonds = plan.bonds

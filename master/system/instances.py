@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import filecmp
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -93,8 +93,14 @@ def mixed_libraries(instances: Mapping[str, FmuInstance]) -> Iterator[str]:
                 )
 
 
-def load_instances(instances: Mapping[str, FmuInstance], stack: ExitStack, log: Log) -> None:
-    """Instantiate all FMUs; `stack` frees them. Each keeps its own messages, `log` gets those of all."""
+def load_instances(
+    instances: Mapping[str, FmuInstance], stack: ExitStack, log: Log,
+    loaded: Callable[[int, int], None] = lambda *_: None,
+) -> None:  # fmt: skip
+    """Instantiate all FMUs; `stack` frees them. Each keeps its own messages, `log` gets those of all.
+
+    `loaded` gets how many are there and how many there will be.
+    """
 
     def on_log(component: str, status: str, text: str) -> None:
         if component in instances:
@@ -104,5 +110,6 @@ def load_instances(instances: Mapping[str, FmuInstance], stack: ExitStack, log: 
     for instance in instances.values():
         stack.callback(instance.free)
         instance.start_process()
-    for instance in instances.values():
+    for done, instance in enumerate(instances.values()):
+        loaded(done, len(instances))
         instance.load(on_log)

@@ -172,9 +172,7 @@ def test_a_small_archive_that_grows_is_refused(tmp_path, capsys):
 
 
 def test_packages_in_packages_share_one_budget(tmp_path, capsys, monkeypatch):
-    from deepsea_cosim.ssp import archive
-
-    monkeypatch.setattr(archive, "MAX_SIZE", 20_000)
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_GB", "2e-5")
     inner = package(tmp_path / "inner.ssp", system("inner"), {"padding": bytes(random.Random(3).randbytes(9_000))})
     root = system("root", component("s", "resources/s.ssp", type="application/x-ssp-package"),
                   component("t", "resources/t.ssp", type="application/x-ssp-package"))  # fmt: skip

@@ -3,8 +3,8 @@
 import zipfile
 
 import pytest
-from deepsea_cosim.core.errors import PackageError
-from deepsea_cosim.ssp.archive import extract
+from deepsea_cosim.core.errors import PackageError, UsageError
+from deepsea_cosim.ssp.archive import UnpackLimits, extract
 from deepsea_cosim.ssp.flatten import flatten
 from deepsea_cosim.ssp.reader import read
 
@@ -178,8 +178,32 @@ def test_no_path_leaves_the_folder(tmp_path, name):
 
 
 def test_bombs_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("deepsea_cosim.ssp.archive.MAX_SIZE", 1000)
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_GB", "1e-6")
     with zipfile.ZipFile(tmp_path / "p.ssp", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("zeros", b"\0" * 10_000)
-    with pytest.raises(PackageError, match="would unpack to"):
+    with pytest.raises(PackageError, match="would unpack to") as refused:
         extract(tmp_path / "p.ssp", tmp_path / "out")
+    raised = str(refused.value).partition("DEEPSEA_COSIM_MAX_GB=")[2].split()[0]
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_GB", raised)
+    assert extract(tmp_path / "p.ssp", tmp_path / "again")
+
+
+def test_more_entries_and_components_than_are_taken(tmp_path, monkeypatch):
+    with zipfile.ZipFile(tmp_path / "p.ssp", "w") as archive:
+        for k in range(5):
+            archive.writestr(f"entry{k}", b"")
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_ENTRIES", "4")
+    with pytest.raises(PackageError, match=r"5 entries, more than 4; DEEPSEA_COSIM_MAX_ENTRIES=5 in the environment"):
+        extract(tmp_path / "p.ssp", tmp_path / "out")
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_COMPONENTS", "1")
+    limits = UnpackLimits()
+    limits.element("here")
+    with pytest.raises(PackageError, match="here: more than 1 components and systems; DEEPSEA_COSIM_MAX_COMPONENTS"):
+        limits.element("here")
+
+
+@pytest.mark.parametrize("value", ["much", "0", "-1", "inf", ""])
+def test_a_limit_that_is_none_is_refused(monkeypatch, value):
+    monkeypatch.setenv("DEEPSEA_COSIM_MAX_GB", value)
+    with pytest.raises(UsageError, match="DEEPSEA_COSIM_MAX_GB"):
+        UnpackLimits()

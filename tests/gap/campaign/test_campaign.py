@@ -1,10 +1,13 @@
 """Reading campaigns, and making synthetic ones that read back."""
 
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import CosimError
+from deepsea_cosim.gap.campaign.campaign import Run
+from deepsea_cosim.gap.campaign.duplicates import copies, distinguish
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.synthetic import make
@@ -73,6 +76,41 @@ def test_missing_samples_and_gaps(campaign):
 def test_copies_are_noticed(campaign, tmp_path):
     (tmp_path / "run2.csv").write_text(table())
     assert any("one is a copy" in w for w in read(campaign(CAMPAIGN + '[[run]]\nfile = "run2.csv"\n')).warnings)
+
+
+def test_a_copy_is_told_of_the_first_run_that_it_is_like():
+    one, two, three, other = [1.0, 2.0], [3.0, 4.0], [3.0, 5.0], [0.0, 0.0]
+    readings = {
+        "a": {"x": one, "y": two}, "b": {"x": one, "y": three}, "c": {"y": three}, "d": {"x": one, "y": two},
+        "e": {"x": one, "u": other}, "f": {"u": other}, "g": {"y": two},
+    }  # fmt: skip
+    runs = [
+        Run(name, {}, None, {c: (np.arange(2.0), np.array(v)) for c, v in series.items()}, 1.0)
+        for name, series in readings.items()
+    ]
+    found = {again.name: first.name for first, again in copies(runs, {"x", "y"})}
+    assert found == {"c": "b", "d": "a", "e": "a", "g": "a"}
+
+
+def test_many_runs_are_compared_in_a_moment():
+    runs = [Run(f"r{k}", {}, None, {"x": (np.arange(2.0), np.array([0.0, k]))}, 1.0) for k in range(30_000)]
+    assert not list(copies(runs, {"x"}))
+    distinguish(runs, [{}] * len(runs), Path("campaign.toml"))
+
+
+@pytest.mark.parametrize(("key", "message"), [("max_runs", "3 runs; 2 are taken"), ("max_megabytes", "MB; 1e-05 are")])
+def test_more_than_is_taken_is_refused_before_it_is_read(campaign, tmp_path, key, message):
+    (tmp_path / "run2.csv").write_text("no numbers")
+    runs = '[[run]]\nfile = "run2.csv"\n' * 2
+    limit = {"max_runs": 2, "max_megabytes": 1e-5}[key]
+    with pytest.raises(CampaignError, match=message):
+        read(campaign(f"{key} = {limit}\n{CAMPAIGN}{runs}"))
+
+
+def test_a_file_that_is_not_there_is_told_before_others_are_read(campaign, tmp_path):
+    (tmp_path / "run2.csv").write_text("no numbers")
+    with pytest.raises(CampaignError, match=r"none.csv: cannot be read"):
+        read(campaign(CAMPAIGN + '[[run]]\nfile = "run2.csv"\n[[run]]\nfile = "none.csv"\n'))
 
 
 @pytest.mark.parametrize(
