@@ -278,11 +278,16 @@ class Pool:
         remove_scratch(Path(self._scratch))
 
     def run(self, jobs: Sequence[Job], stop: Callable[[], bool] | None = None) -> list[np.ndarray | Failure]:
-        """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true."""
-        results: dict[int, np.ndarray | Failure] = dict(self.each(simulate, jobs, stop))
+        """The results in the order of the jobs; raises `Abandoned` as soon as `stop` is true.
+
+        A process that dies is replaced; a run that takes its process with it every time is a `Failure`.
+        """
+        results: dict[int, np.ndarray | Failure] = dict(self.each_surviving(simulate, jobs, stop))
         return [results[k] for k in range(len(jobs))]
 
-    def each_surviving(self, function: Callable[[str, Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def each_surviving(
+        self, function: Callable[[str, Any], Any], tasks: Sequence[Any], stop: Callable[[], bool] | None = None
+    ) -> Iterator[tuple[int, Any]]:
         """As `each`, with a `Failure` for a task that takes its process with it, or that the limit ends.
 
         Those that may have been at work when a process died are run again one by one, the others go on together. So are
@@ -292,28 +297,28 @@ class Pool:
         while remaining:
             keys, suspects = list(remaining), []
             try:
-                for i, result in self.each(function, list(remaining.values())):
-                    if result == Failure(DIED):
+                for i, result in self.each(function, list(remaining.values()), stop):
+                    if isinstance(result, Failure) and result.reason == DIED:
                         suspects.append(keys[i])
                         continue
                     del remaining[keys[i]]
                     yield keys[i], result
                 for k in suspects:
                     self.count -= 1
-                    yield k, next(self.each(function, [remaining.pop(k)]))[1]
+                    yield k, next(self.each(function, [remaining.pop(k)], stop))[1]
             except WorkerDied:
                 if not self._own:
                     raise
                 self._executor.shutdown(wait=True, cancel_futures=True)
                 self._executor = self._started()
                 for k in list(remaining)[: 2 * (self._processes or os.cpu_count() or 1)]:
-                    yield k, self._alone(function, remaining.pop(k))
+                    yield k, self._alone(function, remaining.pop(k), stop)
 
-    def _alone(self, function: Callable[[str, Any], Any], task: Any) -> Any:
+    def _alone(self, function: Callable[[str, Any], Any], task: Any, stop: Callable[[], bool] | None) -> Any:
         """function(package, task) in a process that may die of it."""
         try:
             with Pool(self.package, processes=1, limit=self.limit) as pool:
-                return next(pool.each(function, [task]))[1]
+                return next(pool.each(function, [task], stop))[1]
         except WorkerDied as error:
             return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(error.why)
 

@@ -1,9 +1,11 @@
-"""Goes wrong at t_bomb: 1 gives NaN, 2 refuses the step, 3 raises, 4 raises in short steps, 5 changes its folder.
+"""Goes wrong at t_bomb: 1 gives NaN, 2 refuses the step, 3 raises, 4 raises in short steps, 5 changes its folder, 6
+kills its process.
 
 x counts time, y = 2 u + 1.
 """
 
 import os
+import signal
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real
 
@@ -26,6 +28,8 @@ class Bomb(Fmi2Slave):
                 raise RuntimeError("bang")
             if self.how == 5:
                 os.chdir(os.path.dirname(os.path.abspath(__file__)))
+            if self.how == 6:
+                os.kill(os.getpid(), signal.SIGKILL)
             if self.how >= 4:
                 return True
             self.x = float("nan")
