@@ -25,7 +25,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..core.errors import PackageError
-from ..core.files import make_folder, replacing
+from ..core.files import make_folder, replacing, write_together
 from ..core.scratch import scratch
 from .arm_case import arm_in
 from .build import CONTAINER, HERE, MODELS, PLATFORM, c_compiler, interpreter
@@ -310,15 +310,16 @@ def cross_check(fmus: Sequence[Path], out: Path) -> dict[str, dict[str, Outcome]
         truth = reference(c, fmu)
         folder = out / fmu.stem
         make_folder(folder)
-        shutil.copy(fmu, folder / fmu.name)
+        with replacing(folder / fmu.name) as part:
+            shutil.copyfile(fmu, part)
         held = np.concatenate([c.inputs, c.inputs[-1:]])
         _write(folder / f"{fmu.stem}_in.csv", ("time", *c.names), np.column_stack([c.times, held]))
         _write(folder / f"{fmu.stem}_ref.csv", ("time", *c.outputs), np.column_stack([c.times, truth])[::WRITTEN])
-        (folder / f"{fmu.stem}_ref.opt").write_text(
+        options = (
             f"StartTime, 0\nStopTime, {STOP:g}\nStepSize, {STEP:g}\nRelTol, {TOLERANCE:g}\nOutputIntervalLength, "
             f"{WRITTEN * STEP:g}\n"
         )
-        (folder / "README.md").write_text(_readme(fmu.stem))
+        write_together(folder, {f"{fmu.stem}_ref.opt": options, "README.md": _readme(fmu.stem)})
         found[fmu.stem] = {}
         for name, run in IMPORTERS.items():
             with scratch("cross-check") as place:
