@@ -183,10 +183,8 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
     except CosimError as error:
         code = ending.code() if isinstance(error, Interrupted) else 1 if isinstance(error, SimulationError) else 2
         return failed(str(error), code)
-    except KeyboardInterrupt as error:
-        by_request = isinstance(error, ending.Terminated)
-        told = interrupted.replace("interrupted", "asked to end (SIGTERM)") if by_request else interrupted
-        return failed(told, ending.code())
+    except KeyboardInterrupt:
+        return failed(interrupted.replace("interrupted", ending.told()), ending.code())
 
 
 def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None) -> NoReturn:

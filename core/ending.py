@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import NoReturn
 
@@ -25,6 +25,15 @@ def put_away() -> None:
         scratch.remove_all()
 
 
+def die_with_parent() -> None:
+    """End this process with the one that started it, however that ends; on Linux only."""
+    if sys.platform.startswith("linux"):
+        import ctypes
+
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)  # PR_SET_PDEATHSIG
+
+
 class Terminated(KeyboardInterrupt):
     """SIGTERM, where nothing else listens to it."""
 
@@ -32,6 +41,12 @@ class Terminated(KeyboardInterrupt):
 def note(number: int) -> None:
     """A signal has asked this process to end."""
     _asked.append(number)
+
+
+def told() -> str:
+    """What to say of that."""
+    number = _asked[-1] if _asked else signal.SIGINT
+    return "interrupted" if number == signal.SIGINT else f"asked to end ({signal.Signals(number).name})"
 
 
 def code() -> int:

@@ -105,11 +105,15 @@ def guarded(command: str, main: Callable[[], int], explain: Callable[[str, list[
     if child == 0:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         _page = page
-        _die_with_parent()
+        ending.die_with_parent()
         _run(main)
-    status = _wait(child)
+    status, asked = _wait(child)
     if page[FINISHED] and os.WIFEXITED(status):
         return os.WEXITSTATUS(status)
+    if os.WIFSIGNALED(status) and (number := os.WTERMSIG(status)) in asked:  # before it could listen
+        ending.note(number)
+        print(f"{command}: {ending.told()}", file=sys.stderr)
+        return ending.code()
     text = explain(*_what_happened(page, status))
     print(f"{command}: {text}", file=sys.stderr)
     return 1
@@ -129,27 +133,22 @@ def _run(main: Callable[[], int]) -> NoReturn:
     os._exit(code)
 
 
-def _die_with_parent() -> None:
-    if sys.platform.startswith("linux"):
-        import ctypes
-
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)
-
-
-def _wait(child: int) -> int:
-    """The child's wait status; signals that were sent to this process alone are passed on."""
+def _wait(child: int) -> tuple[int, set[int]]:
+    """The child's wait status, and the signals that asked to end; those sent to this process alone are passed on."""
+    asked = set[int]()
     while True:
         got, status = os.waitpid(child, os.WNOHANG)
         if got:
-            return status
+            return status, asked
         if hasattr(signal, "sigwaitinfo"):
             told = signal.sigwaitinfo(WATCHED)
+            asked.add(told.si_signo)
             if told.si_signo in PASSED_ON and not (told.si_signo == signal.SIGINT and told.si_code == FROM_TERMINAL):
                 with suppress(ProcessLookupError):
                     os.kill(child, told.si_signo)
         else:  # macOS
             number = signal.sigwait(WATCHED)
+            asked.add(number)
             if number in PASSED_ON and number != signal.SIGINT:
                 os.kill(child, number)
 

@@ -94,8 +94,10 @@ def build(name: str, module: str, folder: Path, compiler: str) -> None:
 
 def main(arguments: list[str]) -> None:
     """Build the kernels of a model into a folder."""
+    from ..core.ending import die_with_parent
     from .build import c_compiler
 
+    die_with_parent()
     name, module, folder, *replaced = arguments
     for one in replaced:
         other, _, file = one.partition("=")

@@ -18,7 +18,6 @@ import sysconfig
 import uuid
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from importlib import metadata
@@ -28,6 +27,7 @@ from ..core.errors import PackageError, UsageError, install
 from ..core.files import make_folder, replacing
 from ..core.scratch import scratch
 from ..ssp import packer
+from .helpers import run_python, side_by_side
 from .scenes import Files, scene_within, shipped_scene
 
 HERE = Path(__file__).parent
@@ -179,14 +179,6 @@ def front_library(folder: Path) -> dict[str, bytes]:
             return {}
         made[suffix] = target.read_bytes()
     return made
-
-
-def run_python(arguments: list[str], environment: dict[str, str], failure: str) -> None:
-    """Run this Python in a process of its own; if it fails, `PackageError` with that text and its last line."""
-    run = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True)
-    if run.returncode:
-        lines = run.stderr.strip().splitlines() or [f"the process ended with code {run.returncode}"]
-        raise PackageError(f"{failure}: {lines[-1]}")
 
 
 def _compiled_kernels(fmu: Path, package: str, cache: Path) -> dict[str, bytes]:
@@ -390,8 +382,7 @@ def build_fmus(
     models: Sequence[Model], folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None
 ) -> Iterator[Path]:
     """`build_fmu` of each, side by side, for the kernels of each are compiled in a process of its own."""
-    with ThreadPoolExecutor(max(1, min(len(models), os.cpu_count() or 1))) as pool:
-        yield from pool.map(lambda model: build_fmu(model, folder, say, way), models)
+    yield from side_by_side(lambda model: build_fmu(model, folder, say, way), models)
 
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
