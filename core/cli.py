@@ -181,9 +181,14 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
         place = f"{error.filename}: " if error.filename else ""
         return failed(f"{place}{error.strerror or error}", 1)
     except CosimError as error:
-        code = ending.code() if isinstance(error, Interrupted) else 1 if isinstance(error, SimulationError) else 2
+        by_request = ending.asked() or isinstance(error, Interrupted)
+        code = ending.code() if by_request else 1 if isinstance(error, SimulationError) else 2
         return failed(str(error), code)
     except KeyboardInterrupt:
+        return failed(interrupted.replace("interrupted", ending.told()), ending.code())
+    except Exception:
+        if not ending.asked():
+            raise
         return failed(interrupted.replace("interrupted", ending.told()), ending.code())
 
 
@@ -205,6 +210,7 @@ def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None)
         code = int(not isinstance(error, BrokenPipeError))
     except SystemExit as stop:
         code = ending.code_of(stop)
+    ending.take_no_more()
     last()
     ending.put_away()
     sys.stdout.flush()

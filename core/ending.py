@@ -5,13 +5,17 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from math import inf
+from time import monotonic
 from types import FrameType
-from typing import NoReturn
 
 _asked: list[int] = []
 """The signals that asked this process to end."""
+
+TWICE = 0.2
+"""Time within which a second signal tells of the same request [s]."""
 
 
 def code_of(stop: SystemExit) -> int:
@@ -41,6 +45,11 @@ class Terminated(KeyboardInterrupt):
 def note(number: int) -> None:
     """A signal has asked this process to end."""
     _asked.append(number)
+
+
+def asked() -> bool:
+    """Whether this command has been asked to end."""
+    return bool(_asked)
 
 
 def told() -> str:
@@ -75,20 +84,42 @@ def ignore_interrupts() -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
+def take_no_more() -> None:
+    """From now on nothing asks this process to end, for it does."""
+    for kind in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(kind, signal.SIG_IGN)
+
+
+def _raising() -> Callable[[int, FrameType | None], None]:
+    """A handler that notes a signal and raises `KeyboardInterrupt`, once for what comes twice at a time: a terminal and
+    who passes a signal on may both send it."""
+    last = -inf
+
+    def ended(number: int, _frame: FrameType | None) -> None:
+        nonlocal last
+        if monotonic() - last < TWICE:
+            return
+        last = monotonic()
+        note(number)
+        raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+
+    return ended
+
+
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away."""
+    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away.
+
+    Both are noted, for a library that is being loaded makes another error of the exception.
+    """
     _asked.clear()
-    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL:
-        yield
-        return
-
-    def ended(number: int, _frame: FrameType | None) -> NoReturn:
-        note(number)
-        raise Terminated
-
-    signal.signal(signal.SIGTERM, ended)
+    handler, taken = _raising(), list[int]()
+    if threading.current_thread() is threading.main_thread():
+        unchanged = ((signal.SIGTERM, signal.SIG_DFL), (signal.SIGINT, signal.default_int_handler))
+        taken = [kind for kind, usual in unchanged if signal.getsignal(kind) == usual]
+    before = [signal.signal(kind, handler) for kind in taken]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for kind, usual in zip(taken, before, strict=True):
+            signal.signal(kind, usual)

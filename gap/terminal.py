@@ -38,10 +38,13 @@ class _StopCondition:
 
     def __init__(self, limit: float | None):
         self.until = float("inf") if limit is None else time.monotonic() + limit
-        self.interrupted = False
+        self.interrupted = self._is_told = False
 
     def ended(self) -> bool:
-        """Whether what has been found is to be judged now."""
+        """Whether what has been found is to be judged now; says so once, for a handler of signals must not print."""
+        if self.interrupted and not self._is_told:
+            self._is_told = True
+            print("\ncosim-gap: judging what has been found (Ctrl-C again: end without a result)", file=sys.stderr)
         return self.interrupted or time.monotonic() > self.until
 
     def __enter__(self) -> _StopCondition:
@@ -55,9 +58,8 @@ class _StopCondition:
     def _first(self, number: int, _frame: object) -> None:
         self.interrupted = True
         ending.note(number)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        signal.signal(signal.SIGTERM, self._before[signal.SIGTERM])
-        print("\ncosim-gap: judging what has been found (Ctrl-C again: end without a result)", file=sys.stderr)
+        for kind, handler in self._before.items():
+            signal.signal(kind, handler)
 
 
 class _Progress:

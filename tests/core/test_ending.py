@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from textwrap import indent
 
 import pytest
 from deepsea_cosim.core.ending import starting_processes
@@ -12,6 +13,7 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="
 
 CHILD = """
 import sys
+from textwrap import indent
 print("ready", flush=True)
 sys.stdin.readline()
 from deepsea_cosim.core.ending import ignore_interrupts
@@ -48,3 +50,56 @@ def test_whoever_starts_processes_listens_as_before():
     with starting_processes():
         assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set())
     assert signal.pthread_sigmask(signal.SIG_BLOCK, set()) == before
+
+
+COMMAND = """
+import os, signal, sys, time
+from deepsea_cosim.core.cli import end_with, exit_code
+
+def strike(*numbers):
+    for number in numbers:
+        os.kill(os.getpid(), number)
+    time.sleep(10.0)
+
+def work():
+{work}
+
+end_with(lambda: exit_code("command", work))
+"""
+
+
+def commanded(work):
+    """(exit code, what is said) of a command that does this."""
+    script = COMMAND.format(work=indent(work, "    "))
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60.0)
+    return done.returncode, done.stderr.strip()
+
+
+@pytest.mark.parametrize(("name", "code", "said"), [
+    ("SIGINT", 130, "command: interrupted"), ("SIGTERM", 143, "command: asked to end (SIGTERM)"),
+])  # fmt: skip
+def test_requests_end_a_command_in_a_line(name, code, said):
+    assert commanded(f"strike(signal.{name})") == (code, said)
+    assert commanded(f"strike(signal.{name}, signal.{name})") == (code, said), "by a terminal and by who passes it on"
+    swallowed = f"try:\n    strike(signal.{name})\nexcept BaseException:\n    raise ImportError('failed')"
+    assert commanded(swallowed) == (code, said), "a library that is being loaded makes another error of it"
+
+
+def test_an_error_of_a_command_that_was_asked_to_end_has_that_exit_code():
+    work = "from deepsea_cosim.core.errors import SimulationError\ntry:\n    strike(signal.SIGTERM)\n"
+    assert commanded(f"{work}finally:\n    raise SimulationError('nothing to say')") == (143, "command: nothing to say")
+
+
+def test_a_fault_of_ours_is_none_of_the_users():
+    code, said = commanded("raise ImportError('initialization failed')")
+    assert code == 1
+    assert "Traceback" in said
+
+
+def test_what_is_ignored_stays_so():
+    """As of a command in the background of a shell."""
+    script = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    whole = COMMAND.replace("def work", f"{script}\n\ndef work").replace("10.0", "0.1")
+    done = subprocess.run([sys.executable, "-c", whole.format(work="    strike(signal.SIGINT)\n    return 0")],
+                          capture_output=True, text=True, timeout=60.0)  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
