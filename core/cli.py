@@ -186,6 +186,8 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
         return failed(str(error), code)
     except KeyboardInterrupt:
         return failed(interrupted.replace("interrupted", ending.told()), ending.code())
+    except MemoryError:
+        return failed("there is not enough memory for this", 1)
     except Exception:
         if not ending.asked():
             raise

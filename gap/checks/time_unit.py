@@ -35,12 +35,6 @@ def check_time(problem: Problem) -> list[str]:
 
     The shortest run that is suspected speaks for all, for simulating it costs least.
     """
-    for run in problem.runs:
-        if run.stop < problem.macro_step:
-            raise CampaignError(
-                f"{problem.campaign.file}: run '{run.name}' lasts {run.stop:.3g} s, less than a step of the model "
-                f"({problem.macro_step:g} s): in which unit is its time? 'time_unit' says so"
-            )
     order = sorted(range(len(problem.runs)), key=lambda r: problem.runs[r].stop)
     suspicion = next((x for r in order if (x := _suspicion(problem, r)) is not None), None)
     return [] if suspicion is None else _weigh_suspicion(problem, suspicion)

@@ -227,7 +227,7 @@ class FmuVariables:
             value = items[value]
         try:
             number = _real(value) if family == REAL else _whole(value)
-            if number != number:
+            if number != number or isinstance(value, (bool, np.bool_)):  # true is no depth
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
             known = f"; known: {', '.join(items)}" if items else ""

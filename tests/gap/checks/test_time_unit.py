@@ -76,8 +76,3 @@ def test_a_slow_machine_that_is_read_seldom() -> None:
     slow = problem(1e3, lag=0.5)
     slow.simulator.simulate = lambda jobs: [follow(job, 500.0) for job in jobs]
     assert check_time(slow) == []
-
-
-def test_a_run_shorter_than_a_step_is_refused() -> None:
-    with pytest.raises(CampaignError, match=r"run 'run01' lasts .* s, less than a step of the model .*'time_unit'"):
-        check_time(problem(1e-9))

@@ -21,10 +21,11 @@ def run() -> np.ndarray:
         ([1e3, 1.0, 1.0], ["run 'run0'", "is time in seconds?", 'time_unit = "ms"']),
         ([1e6, 1.0, 1.0], ["run 'run0'", "is time in seconds?", 'time_unit = "us"']),
         ([1.0 / 60.0, 1.0, 1.0], ["is time in minutes?", "'time_unit'"]),
+        ([1e-9, 1.0, 1.0], ["run 'run0' lasts", "less than a step of the model", "'time_unit'"]),
         ([1.0, 1.0, 1.0 / 25.4], ["channel 'x'", "is it in inch?", "'unit'"]),
         ([1.0, 1e-3, 1.0], ["is the input 'u' in kN?", "'unit'"]),
     ],
-    ids=["ms", "us", "minutes", "inches", "kN"],
+    ids=["ms", "us", "minutes", "seconds of ns", "inches", "kN"],
 )
 def test_units_of_a_driven_run(
     toys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], factors: list[float], told: list[str]
@@ -36,6 +37,13 @@ def test_units_of_a_driven_run(
     error = capsys.readouterr().err
     assert all(text in error for text in ["campaign.toml", *told])
     assert error.strip().count("\n") == 0
+
+
+def test_a_boolean_is_no_number(toys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = campaign(tmp_path, toys, [run()])
+    path.write_text(path.read_text().replace('file = "run0.csv"', 'file = "run0.csv"\nparameters = { "o.k" = true }'))
+    assert main(["diagnose", str(path), "--out", str(tmp_path / "d"), "--quiet"]) == 2
+    assert "o.k = True is not a number" in capsys.readouterr().err
 
 
 def test_an_accepted_effect_is_of_the_catalogue(toys: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
