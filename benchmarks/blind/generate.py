@@ -11,7 +11,9 @@ import argparse
 import json
 import os
 import time
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ import numpy as np
 
 from . import truth
 from .case import BASE, GRID, Array, Case, Conditions, Wrong, erring, machine_of, span_of
-from .draw import KINDS_OF_CASE, LATEST, draw
+from .draw import KINDS_OF_CASE, LATEST, draw, plan
 from .effects import alike
 from .machine import Machine
 from .measure import ideal, measured
@@ -111,6 +113,15 @@ def write_case(
     return write(draw(seed, index, refit, edition), out, package, refit and edition > 1)
 
 
+def write_again(answer: Mapping[str, Any], out: Path, package: Path) -> dict[str, Any]:
+    """Write a case anew whose sealed answer is there: a second, not the minutes that sizes and budget take."""
+    case, _ = plan(answer["seed"], answer["case"], answer.get("edition", 1))
+    told = truth.case_of(answer)
+    write(replace(case, wrong=told.wrong, size_all=told.size_all), out, package, budget=False)
+    (out / "answers" / f"case_{case.index:04d}.json").write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+    return dict(answer)
+
+
 def write(case: Case, out: Path, package: Path, budget: bool) -> dict[str, Any]:
     """Simulate and write a case; returns its answer, with its true budget if that is wanted."""
     seed, index = case.seed, case.index
@@ -162,8 +173,9 @@ def _line(result: dict[str, Any]) -> str:
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.generate", description="Makes blind cases.")
-    p.add_argument("--seed", type=int, required=True)
-    p.add_argument("--cases", type=int, required=True, help="number of cases")
+    p.add_argument("--seed", type=int)
+    p.add_argument("--cases", type=int, help="number of cases")
+    p.add_argument("--answers", type=Path, help="in place of both: the cases of sealed answers (JSON lines) again")
     p.add_argument("--start", type=int, default=0, help="index of the first case")
     p.add_argument("--out", type=Path, required=True)
     p.add_argument("--package", type=Path, required=True, help="package that the diagnosis is to use")
@@ -175,6 +187,12 @@ def main() -> None:
     options = p.parse_args()
     if not options.package.is_file():
         p.error(f"--package {options.package}: no such file")
+    if options.answers is not None:
+        for line in options.answers.read_text("utf-8").splitlines():
+            print(_line(write_again(json.loads(line), options.out, options.package)), flush=True)
+        return
+    if options.seed is None or options.cases is None:
+        p.error("--seed and --cases, or --answers, are needed")
     wanted = range(options.start, options.start + options.cases)
     todo = [k for k in wanted if not (options.out / f"case_{k:04d}" / "campaign.toml").exists()]
     print(f"{len(wanted) - len(todo)} cases are there already, {len(todo)} to make", flush=True)

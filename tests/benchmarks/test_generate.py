@@ -14,7 +14,7 @@ from benchmarks.blind import effect_forms
 from benchmarks.blind.case import BASE
 from benchmarks.blind.draw import COUNT, KINDS_OF_CASE, draw, plan
 from benchmarks.blind.effects import CATALOGUE, SENSORS, alike, known, unknown
-from benchmarks.blind.generate import write_case
+from benchmarks.blind.generate import write_again, write_case
 from benchmarks.blind.measure import KINDS, Channel, ideal, lagged, measured
 from benchmarks.blind.records import load
 from benchmarks.blind.ruler import Ruler
@@ -43,6 +43,8 @@ def test_a_case_is_reproducible_and_readable(index, package, tmp_path):
     if index == PAIR:
         write_case(1, index, tmp_path / "b", package, refit=False, edition=1)
         assert contents(tmp_path / "a") == contents(tmp_path / "b")
+        write_again(answer, tmp_path / "c", package)
+        assert contents(tmp_path / "a") == contents(tmp_path / "c")
     folder = tmp_path / "a" / f"case_{index:04d}"
     campaign = read(folder / "campaign.toml")
     assert not campaign.warnings
