@@ -179,7 +179,7 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
         if error.errno == errno.EBADF:
             return failed("an FMU, most likely, has closed files of this process; --isolate says which", 1)
         place = f"{error.filename}: " if error.filename else ""
-        return failed(f"{place}{error.strerror or error}", 1)
+        return failed(f"{place}{error.strerror or error}", 2 if error.errno == errno.ENAMETOOLONG else 1)
     except CosimError as error:
         by_request = ending.asked() or isinstance(error, Interrupted)
         code = ending.code() if by_request else 1 if isinstance(error, SimulationError) else 2

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from .errors import OutputError
+from .regular import require_regular
 
 
 @contextmanager
@@ -24,7 +25,9 @@ def writing(path: Path) -> Iterator[None]:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A place beside a file to write its successor to, which takes the file's place at once when it is complete; what
-    was there stays if that fails. Raises `OutputError`, as `writing` does."""
+    was there stays if that fails. Raises `OutputError`, as `writing` does, and for what is no file."""
+    if path.exists() and not path.is_file():
+        require_regular(path, OutputError)
     part = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         with writing(path):
@@ -46,6 +49,14 @@ def write_together(folder: Path, texts: Mapping[str, str]) -> None:
 def name_of_results(package: Path) -> str:
     """What a folder for the results of a package is called: its name, which may be nothing but dots."""
     return package.stem.strip(". ") or "run"
+
+
+def is_same_file(one: Path | None, other: Path) -> bool:
+    """Whether two paths are one file that is there."""
+    try:
+        return one is not None and one.samefile(other)
+    except OSError:
+        return False
 
 
 def changed(path: Path) -> int:

@@ -8,11 +8,13 @@ from math import isfinite
 from .errors import UsageError
 from .plain_numbers import plain_number
 
-GIGABYTES, ENTRIES, COMPONENTS = (f"DEEPSEA_COSIM_MAX_{what}" for what in ("GB", "ENTRIES", "COMPONENTS"))
+GIGABYTES, ENTRIES, COMPONENTS, SETTINGS = (
+    f"DEEPSEA_COSIM_MAX_{what}" for what in ("GB", "ENTRIES", "COMPONENTS", "TOML_MB")
+)
 
-USUAL = {GIGABYTES: 4.0, ENTRIES: 1e5, COMPONENTS: 1e5}
+USUAL = {GIGABYTES: 4.0, ENTRIES: 1e5, COMPONENTS: 1e5, SETTINGS: 20.0}
 """Gigabytes that a package may hold unpacked, with the archives inside it; entries, likewise; its components and
-systems."""
+systems; megabytes of a campaign.toml, a catalogue or a machine.toml."""
 
 
 def limit(name: str) -> float:

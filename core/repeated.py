@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Hashable, Sequence
 from typing import TypeVar
 
-T = TypeVar("T")
+T = TypeVar("T", bound=Hashable)
 
 
 def repeated(items: Sequence[T]) -> T | None:
     """The first of the items that is there more than once, or None."""
-    return next((item for item in items if items.count(item) > 1), None)
+    counts = Counter(items)
+    return next((item for item in items if counts[item] > 1), None)

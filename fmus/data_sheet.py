@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import CosimError, PackageError, UsageError
+from ..core.plain_numbers import plain_number
 from ..core.sea import GRAVITY
-from ..core.toml_tables import Tables
+from ..core.toml_tables import Tables, shown_value
 from ..core.unit_names import named
 from ..core.units import conversion, unit
 from ..hydraulics_fmu.constants import by_name, constants
@@ -90,7 +91,10 @@ machine at the surface."""
 LINE_SPEED = 8.0
 """Speed of the oil in the lines [m/s] beyond which a word is said."""
 
-NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+MOST_DEPTHS, LONGEST_NAME = 50, 100
+"""Packages that are built at a time; characters of a name, which becomes one of files."""
+
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -144,15 +148,18 @@ class _Sheet(Tables):
         except UsageError as error:
             hint = "; degrees are degC or degF" if found[2] in ("C", "F") and own == "K" else ""
             raise self.error(f"{where}: '{key}' = '{given}': {error}{hint}") from None
-        return factor * float(found[1]) + offset
+        return factor * plain_number(found[1]) + offset
 
 
 def read(path: Path) -> Machine:
     """The machine of a sheet. Raises `PackageError` in one line for what cannot be."""
     sheet = _Sheet(path)
     name = sheet.get(sheet.data, str(path), "name", str, path.stem)
-    if not re.fullmatch(r"\w[\w.-]*", name):
-        raise PackageError(f"{path}: 'name' = '{name}' cannot be the name of a file: letters, digits, '_', '-' and '.'")
+    if not re.fullmatch(r"\w[\w.-]*", name) or len(name) > LONGEST_NAME:
+        raise PackageError(
+            f"{path}: 'name' = {shown_value(name)} cannot be the name of a file: letters, digits, '_', '-' and '.', "
+            f"{LONGEST_NAME} at most"
+        )
     hydraulics = {
         parameter: sheet.values[table][key]
         for table, keys in KEYS.items() if table != "arm"
@@ -206,6 +213,8 @@ def kilometres(depth: float) -> str:
 def _depths(sheet: _Sheet) -> tuple[float, ...]:
     where, given = str(sheet.path), sheet.data.get("depth", 0.0)
     entries = given if isinstance(given, list) else [given]
+    if len(entries) > MOST_DEPTHS:
+        raise PackageError(f"{where}: 'depth' has {len(entries)} depths; it takes {MOST_DEPTHS} at most")
     depths = tuple(sheet.value({"depth": entry}, where, "depth", "m") for entry in entries)
     once = len({kilometres(d) for d in depths}) == len(depths)
     if not depths or not once or not all(0.0 <= d <= 12000.0 for d in depths):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from ..core.cli import OneLineParser, add_processes, add_version, end_with, exit_code, folder, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, decimal, end_with, exit_code, folder, seconds
 from ..core.console import add_output, conclude, on_the_way
 
 EXAMPLES = """examples:
@@ -74,7 +74,7 @@ def _add_onboarding(commands: argparse._SubParsersAction[OneLineParser]) -> None
     new.add_argument("package", metavar="PACKAGE", type=Path, help="the model: an .ssp, or an .fmu alone")
     new.add_argument("data", metavar="FILE", type=Path, nargs="+", help="a file for each run: CSV, .mat, TDMS, ...")
     new.add_argument("--out", metavar="DIR", type=folder, required=True, help="folder for campaign.toml")
-    new.add_argument("--rate", metavar="HZ", type=seconds, help="samples a second of files that have no times")
+    new.add_argument("--rate", metavar="HZ", type=_rate, help="samples a second of files that have no times")
     new.add_argument(
         "--tolerance", metavar="SHARE", type=_share,
         help="how well the model's parameters are known, as a share of their values: they are refitted within it",
@@ -93,9 +93,16 @@ def _add_onboarding(commands: argparse._SubParsersAction[OneLineParser]) -> None
     add_output(pack)
 
 
+def _rate(text: str) -> float:
+    value = decimal(text)
+    if not 0.0 < value <= 1e9:
+        raise argparse.ArgumentTypeError(f"{text}: samples a second lie between 0 and 1e9")
+    return value
+
+
 def _share(text: str) -> float:
-    value = seconds(text)
-    if not value < 1.0:
+    value = decimal(text)
+    if not 0.0 < value < 1.0:
         raise argparse.ArgumentTypeError(f"{text}: a share lies between 0 and 1")
     return value
 

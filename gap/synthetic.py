@@ -44,7 +44,10 @@ def _sensors(truth: dict[str, Any], channels: tuple[Channel, ...], where: str) -
             connector, quantity = sensor_quantity(address)
             if connector not in connectors or quantity not in (*QUANTITIES, *SHAPES):
                 raise CampaignError(f"{where}: truth: '{address}' names no channel or none of {', '.join(QUANTITIES)}")
-            quantities.setdefault(connector, {})[quantity] = take.number(truth, f"{where}: truth", address)
+            value = take.number(truth, f"{where}: truth", address)
+            if (quantity in ("lag", "delay") and value < 0.0) or (quantity == "scale" and value == 0.0):
+                raise CampaignError(f"{where}: truth: '{address}' = {value:g}: no sensor has such a {quantity}")
+            quantities.setdefault(connector, {})[quantity] = value
     return {connector: Sensor(**values) for connector, values in quantities.items()}
 
 
@@ -119,6 +122,13 @@ def _plan_run(run: dict[str, Any], where: str, ends: float | None) -> _PlannedRu
     return _PlannedRun(take.get(run, where, "file", str), parameters, use_of(run, where), stop, rate)
 
 
+def _seed(data: dict[str, Any], template: Path) -> int:
+    seed: int = take.get(data, str(template), "seed", int, 0)
+    if seed < 0 or isinstance(seed, bool):
+        raise CampaignError(f"{template}: seed = {seed} has to be 0 or more")
+    return seed
+
+
 def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text: None) -> Path:
     """Run the template's scenario and write the campaign into `folder`; returns its campaign.toml."""
     data = take.load(template)
@@ -139,9 +149,7 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
     for address, value in hidden.items():
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             take.number(hidden, f"{template}: truth", address)
-    seed = take.get(data, str(template), "seed", int, 0)
-    if seed < 0:
-        raise CampaignError(f"{template}: seed = {seed} has to be 0 or more")
+    seed = _seed(data, template)
     tables = take.tables(data, str(template), "run")
     if not tables:
         raise CampaignError(f"{template}: there are no runs")
@@ -169,6 +177,8 @@ def make(template: Path, folder: Path, say: Callable[[str], None] = lambda text:
                 y = sensors.get(c.connector, Sensor()).observe(t, signal, run.times)
                 y = y + rng.normal(0.0, c.noise_std or 0.0, len(y))
                 columns.append((y - unit(c.unit).offset) / unit(c.unit).factor)
+                if not np.abs(columns[-1]).max() <= FILE_LIMITS.largest_quantity:
+                    raise CampaignError(f"{template}: channel '{c.column}': its readings are no quantity of a machine")
             with replacing(folder / run.file) as part, part.open("w", newline="", encoding="utf-8") as file:
                 writer = csv.writer(file)
                 writer.writerow(["time", *(c.column for c in channels)])

@@ -29,6 +29,9 @@ def read_event(table: dict[str, Any], where: str) -> Event:
         raise CampaignError(f"{where}: needs one of 'time', 'at_most' and 'at_least'")
     if not (values["std"] > 0.0 and values["within"] > 0.0):
         raise CampaignError(f"{where}: 'std' and 'within' have to be positive")
+    for key in ("target", "within"):
+        if abs(values[key]) > FILE_LIMITS.largest_quantity:
+            raise CampaignError(f"{where}: '{key}' = {values[key]:g} is no quantity of a machine")
     first = take.get(table, where, "first", bool, False)
     return Event(take.get(table, where, "connector", str), **values, first=first, **times)
 
@@ -40,6 +43,9 @@ def check_events(where: str, events: tuple[Event, ...], stop: float) -> None:
         if e.after + reading > FILE_LIMITS.latest_event * stop:
             overrun = f"{e.after + reading:g} s is long after the run's end at {stop:g} s"
             raise CampaignError(f"{where}, event {i}: {overrun}: is it in seconds?")
+        if e.std > stop or stop < e.until < inf:
+            key, value = ("std", e.std) if e.std > stop else ("until", e.until)
+            raise CampaignError(f"{where}, event {i}: '{key}' = {value:g} s, but the run ends at {stop:g} s")
         if e.after >= stop:
             raise CampaignError(f"{where}, event {i}: 'after' = {e.after:g} s, but the run ends at {stop:g} s")
     same: dict[tuple[Any, ...], list[Event]] = {}

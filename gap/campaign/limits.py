@@ -32,7 +32,7 @@ def check_amount(data: dict[str, Any], path: Path) -> None:
     most = _limit(data, path, "max_megabytes", FILE_LIMITS.most_megabytes)
     if size > most:
         raise CampaignError(
-            f"{path}: the run files have {size:.0f} MB; {most:g} are taken at most, for all are held in memory: "
+            f"{path}: the run files have {size:.3g} MB; {most:g} are taken at most, for all are held in memory: "
             f"max_megabytes = {size + 1.0:.0f} at the top takes them all"
         )
 

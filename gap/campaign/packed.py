@@ -10,6 +10,7 @@ from pathlib import Path
 from ...core.scratch import scratch
 from ...ssp.archive import extract
 from .campaign import CampaignError
+from .tables import take
 
 CAMPAIGN = "campaign.toml"
 
@@ -30,4 +31,14 @@ def opened(path: Path) -> Iterator[Path]:
         campaign = next((p for p in found if p.is_file()), None)
         if campaign is None:
             raise CampaignError(f"{path}: holds no {CAMPAIGN}; cosim-gap pack writes such an archive")
+        _check_inside(path, folder, campaign)
         yield campaign
+
+
+def _check_inside(path: Path, folder: Path, campaign: Path) -> None:
+    """Raise `CampaignError` for what a campaign in an archive names outside of it."""
+    data = take.load(campaign)
+    named = [data.get("system"), data.get("effects"), *(run.get("file") for run in take.tables(data, str(path), "run"))]
+    for name in named:
+        if isinstance(name, str) and not (campaign.parent / name).resolve().is_relative_to(folder.resolve()):
+            raise CampaignError(f"{path}: names the file '{name}', which is not in it")

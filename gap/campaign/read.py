@@ -31,12 +31,13 @@ def channels_of(data: dict[str, Any], path: Path) -> tuple[Channel, ...]:
         raise CampaignError(f"{path}: 'channel' is missing")
     tables = take.tables(data, str(path), "channel")
     channels = tuple(_channel(t, f"{path}: channel {i}") for i, t in enumerate(tables, 1))
-    for i, channel in enumerate(channels):
-        for other in channels[:i]:
-            if channel.column == other.column or channel.connector == other.connector:
-                raise CampaignError(
-                    f"{path}: channels '{other.column}' and '{channel.column}' share a column or connector"
-                )
+    of_column: dict[str, Channel] = {}
+    of_connector: dict[str, Channel] = {}
+    for channel in channels:
+        other = of_column.setdefault(channel.column, channel)
+        other = of_connector.setdefault(channel.connector, channel) if other is channel else other
+        if other is not channel:
+            raise CampaignError(f"{path}: channels '{other.column}' and '{channel.column}' share a column or connector")
     if not any(c.role == "output" for c in channels):
         raise CampaignError(f"{path}: no channel has the role output; there is nothing to compare")
     return channels
@@ -91,7 +92,7 @@ def _run(
         if not stop > 0.0:
             raise CampaignError(f"{where}: stop_time = {stop:g} s has to be positive")
         check_events(where, events, stop)
-        name = take.get(table, where, "name", str, where.rpartition(": ")[2])
+        name = take.label(table, where, "name", where.rpartition(": ")[2])
         return Run(name, dict(parameters), use, {}, stop, events)
     if "stop_time" in table:
         raise CampaignError(f"{where}: 'stop_time' is for runs without a file; this one ends with its file")
@@ -104,7 +105,7 @@ def _run(
         raise CampaignError(f"{path}: no output channel was measured")
     last = max(float(t[-1]) for t, _ in series.values())
     check_events(where, events, last)
-    name = take.get(table, where, "name", str, path.stem)
+    name = take.label(table, where, "name", path.stem)
     return Run(name, dict(parameters), use, series, last, events, form.time_unit, path)
 
 
@@ -132,7 +133,7 @@ def read(path: Path) -> Campaign:
     for first, again in copies(runs, {c.connector for c in channels if c.role == "output"}):
         warnings.append(f"runs '{first.name}' and '{again.name}' hold the same values: one is a copy")
     base = base_of(data, path)
-    name = take.get(data, str(path), "name", str, path.stem)
+    name = take.label(data, str(path), "name", path.stem)
     return Campaign(name, system, effects, channels, runs, base, warnings, path, _accepted(data, path))
 
 

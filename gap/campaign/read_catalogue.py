@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...core.errors import PackageError
+from ...core.regular import require_regular
 from ...core.repeated import repeated
-from ...core.toml_tables import Tables
+from ...core.toml_tables import Tables, shown_value
+from ..settings import FILE_LIMITS
 from . import keys
 from .catalogue import (
     Base,
@@ -58,7 +60,12 @@ class _Reader(Tables):
             raise self.error(f"{entry}: 'bounds' = {bounds} has to be two numbers, the lower first")
         if not bounds[0] <= neutral <= bounds[1]:
             raise self.error(f"{entry}: 'neutral' = {neutral:g} lies outside the bounds {bounds}")
-        return neutral, bounds[0], bounds[1], self.above_zero(table, entry, "prior")
+        width, prior = bounds[1] - bounds[0], self.above_zero(table, entry, "prior")
+        if not FILE_LIMITS.finest_range * max(map(abs, bounds)) < width <= FILE_LIMITS.widest_range:
+            raise self.error(f"{entry}: 'bounds' = {bounds} are no range that can be searched")
+        if not FILE_LIMITS.finest_range * width <= prior <= FILE_LIMITS.widest_prior * width:
+            raise self.error(f"{entry}: 'prior' = {prior:g} does not go with the bounds {bounds}")
+        return neutral, bounds[0], bounds[1], prior
 
     def parameter(self, table: dict[str, Any], entry: str) -> Parameter:
         self.reject_unknown_keys(table, keys.PARAMETER, entry)
@@ -78,7 +85,7 @@ class _Reader(Tables):
         parameters = tuple(self.parameter(p, entry) for p in self.tables(table, entry, "parameter"))
         if not any(not p.shape for p in parameters):
             raise self.error(f"{entry}: has no parameter that is not a shape")
-        id, text, group = (self.get(table, entry, key, str) for key in ("id", "text", "group"))
+        id, text, group = (self.label(table, entry, key) for key in ("id", "text", "group"))
         forms = tuple(
             self.form(f, f"{entry}: form {f.get('id', k)}")
             for k, f in enumerate(self.tables(table, entry, "form"), 1)
@@ -94,7 +101,7 @@ class _Reader(Tables):
 
     def form(self, table: dict[str, Any], entry: str) -> Form:
         self.reject_unknown_keys(table, keys.FORM, entry)
-        id, text = (self.get(table, entry, key, str) for key in ("id", "text"))
+        id, text = (self.label(table, entry, key) for key in ("id", "text"))
         parameters = tuple(
             replace(self.parameter(p, entry), shape=True) for p in self.tables(table, entry, "parameter")
         )
@@ -109,7 +116,7 @@ class _Reader(Tables):
 
     def curve(self, table: dict[str, Any], entry: str) -> Curve:
         self.reject_unknown_keys(table, keys.CURVE, entry)
-        id, text, x, y = (self.get(table, entry, key, str) for key in ("id", "text", "x", "y"))
+        id, text, x, y = (self.label(table, entry, key) for key in ("id", "text", "x", "y"))
         knots, parameters = tuple(self.numbers(table, entry, "knots")), self.strings(table, entry, "parameters")
         if len(knots) < 3 or any(b <= a for a, b in pairwise(knots)):
             raise self.error(f"{entry}: 'knots' = {list(knots)} has to be three numbers at least, in rising order")
@@ -128,7 +135,7 @@ class _Reader(Tables):
     def sensor(self, table: dict[str, Any], entry: str) -> SensorEffect:
         self.reject_unknown_keys(table, keys.SENSOR, entry)
         self.notes(table, entry)
-        id, text, group, quantity = (self.get(table, entry, key, str) for key in ("id", "text", "group", "quantity"))
+        id, text, group, quantity = (self.label(table, entry, key) for key in ("id", "text", "group", "quantity"))
         if quantity not in keys.QUANTITIES:
             raise self.error(f"{entry}: 'quantity' = '{quantity}' is none of {', '.join(keys.QUANTITIES)}")
         neutral, low, high, prior = self.range(table, entry)
@@ -189,19 +196,20 @@ def parse(text: str, shown: str = "effects.toml") -> Catalogue:
 def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
     reader = _Reader()
     reader.reject_unknown_keys(data, keys.CATALOGUE, shown)
-    if data.get("schema", SCHEMA) != SCHEMA:
-        raise reader.error(f"{shown}: schema = {data['schema']!r} is not known; this is {SCHEMA}")
+    if data.get("schema", SCHEMA) != SCHEMA or isinstance(data.get("schema"), bool):
+        raise reader.error(f"{shown}: schema = {shown_value(data['schema'])} is not known; this is {SCHEMA}")
 
     def all_of(kind: str, name: str, make: Callable[[dict[str, Any], str], T]) -> tuple[T, ...]:
         tables = reader.tables(data, shown, kind)
-        return tuple(make(t, f"{shown}: {kind} {t.get(name, i)}") for i, t in enumerate(tables, 1))
+        named = ((t, t.get(name, i)) for i, t in enumerate(tables, 1))
+        return tuple(make(t, f"{shown}: {kind} {id if isinstance(id, str) else shown_value(id)}") for t, id in named)
 
     effects = all_of("effect", "id", reader.effect)
     sensors = all_of("sensor", "id", reader.sensor)
     ids = [*(e.id for e in effects), *(s.id for s in sensors)]
+    if (twice := repeated(ids)) is not None:
+        raise reader.error(f"{shown}: effect {twice}: is listed twice")
     for id in ids:
-        if ids.count(id) > 1:
-            raise reader.error(f"{shown}: effect {id}: is listed twice")
         if id in VERDICTS:
             raise reader.error(f"{shown}: effect {id}: that is the name of a verdict; call it otherwise")
     if (duplicate := repeated([s.quantity for s in sensors])) is not None:
@@ -216,6 +224,9 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
         raise reader.error(f"{shown}: holds no effects")
     estimation = reader.get(data, shown, "estimation", dict, {})
     reader.reject_unknown_keys(estimation, keys.ESTIMATION, f"{shown}: estimation")
+    settings = reader.get(estimation, f"{shown}: estimation", "parameters", dict) if estimation else {}
+    for address in settings:
+        reader.number(settings, f"{shown}: estimation", address)
     return Catalogue(
         effects,
         sensors,
@@ -224,7 +235,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
         all_of("region", "text", reader.region),
         all_of("experiment", "parameter", reader.experiment),
         all_of("measurable", "connector", reader.measurable),
-        reader.get(estimation, f"{shown}: estimation", "parameters", dict) if estimation else {},
+        settings,
     )
 
 
@@ -260,17 +271,18 @@ def load(path: Path) -> Catalogue:
 def load_from_package(package: Path) -> Catalogue:
     """The catalogue packed in an .ssp."""
     import zipfile
+    import zlib
 
     from ...ssp.reader import DEFAULT, no_package
 
-    if not package.is_file():
-        raise PackageError(f"{package}: no such file")
+    require_regular(package, PackageError)
     try:
         with zipfile.ZipFile(package) as archive:
             if DEFAULT not in archive.namelist():
                 raise PackageError(f"{package}: {no_package(archive.namelist())}")
+            Tables(PackageError).check_size(archive.getinfo(PACKED).file_size, f"{package}/{PACKED}")
             return parse(archive.read(PACKED).decode("utf-8"), f"{package}/{PACKED}")
     except KeyError:
         raise PackageError(f"{package}: holds no {PACKED}; name a catalogue with 'effects' in the campaign") from None
-    except (zipfile.BadZipFile, UnicodeDecodeError) as error:
+    except (zipfile.BadZipFile, UnicodeDecodeError, RuntimeError, zlib.error) as error:  # also an encrypted one
         raise PackageError(f"{package}: not a zip archive or damaged ({error})") from None

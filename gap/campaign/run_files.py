@@ -99,7 +99,7 @@ def read_run_file(path: Path, channels: tuple[Channel, ...], form: FileFormat, w
     series = _without_faulty(path, channels, series, warnings)
     for channel in channels:
         if channel.connector in series:
-            _check_noise(path, channel, series[channel.connector][1])
+            _check_noise(path, channel, *series[channel.connector])
     return series
 
 
@@ -241,7 +241,10 @@ def _readings(
         missing = "the input '{}' drives nothing" if channel.role == "input" else "'{}' was not measured"
         warnings.append(f"{path.name}: {missing.format(channel.column)} in this run")
         return None
-    values = convert(channel.scale * raw[valid], channel.unit, si(channel.unit))
+    with np.errstate(over="ignore"):
+        values = convert(channel.scale * raw[valid], channel.unit, si(channel.unit))
+    if not np.abs(values).max() <= FILE_LIMITS.largest_quantity:
+        raise CampaignError(f"{path}: '{channel.column}' with scale = {channel.scale:g} is no quantity of a machine")
     if channel.role == "output" and np.ptp(values) == 0.0:
         warnings.append(f"{path.name}: '{channel.column}' is constant: a dead sensor?")
     elif channel.role == "input":
@@ -285,13 +288,20 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
     return cleaned
 
 
-def _check_noise(path: Path, channel: Channel, values: FloatArray) -> None:
-    """A stated noise has to be one that such readings can have."""
+def _check_noise(path: Path, channel: Channel, times: FloatArray, values: FloatArray) -> None:
+    """A stated noise, scatter or jitter has to be one that such readings can have."""
     span, noise = float(np.ptp(values)), channel.noise_std
-    if channel.role == "input" or noise is None or span == 0.0:
+    factor, where = unit(channel.unit).factor, f"{path}: '{channel.column}'"
+    if channel.clock_jitter is not None and channel.clock_jitter > float(np.ptp(times)):
+        raise CampaignError(f"{where}: clock_jitter = {channel.clock_jitter:g} s is longer than the run")
+    if channel.role == "input" or span == 0.0:
         return
-    factor = unit(channel.unit).factor
-    shown, where = f"{noise / factor:g} {channel.unit}", f"{path}: '{channel.column}'"
+    if channel.model_form_scatter is not None and channel.model_form_scatter > FILE_LIMITS.coarsest_noise * span:
+        scatter = f"model_form_scatter = {channel.model_form_scatter / factor:g} {channel.unit}"
+        raise CampaignError(f"{where} moves by {span / factor:.3g} {channel.unit} in all; {scatter} would hide it")
+    if noise is None:
+        return
+    shown = f"{noise / factor:g} {channel.unit}"
     if noise < FILE_LIMITS.finest_noise * max(span, float(np.abs(values).max())):
         raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
     if noise > FILE_LIMITS.coarsest_noise * span:

@@ -77,6 +77,7 @@ def read(path: Path, form: TextFormat) -> MeasurementTable:
 
 
 def _read(path: Path, file: IO[str], form: TextFormat) -> MeasurementTable:
+    csv.field_size_limit(FILE_LIMITS.longest_cell)
     delimiter = form.delimiter or _delimiter(file)
     source = _Lines(file)
     rows = _rows(source, delimiter)

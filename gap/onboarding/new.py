@@ -13,7 +13,7 @@ from typing import Any
 
 from ...core.console import conclude
 from ...core.errors import CosimError, OutputError, UsageError
-from ...core.files import make_folder, replacing, write_together
+from ...core.files import is_same_file, make_folder, replacing, write_together
 from ...core.json_schema import write_schema
 from ...master.simulation.session import Session
 from ..campaign.keys import SCHEMAS
@@ -83,6 +83,9 @@ def write(draft: Draft, package: Path, folder: Path, force: bool) -> tuple[Path,
     names = _copies(draft)
     if not force:
         _refuse(folder, [CAMPAIGN, *([EFFECTS] if draft.catalogue else []), *filter(None, names)])
+    for copy in filter(None, names):
+        if any(is_same_file(r.source.file, folder / copy) for r in draft.runs):
+            raise OutputError(f"{folder / copy}: is one of the files that are read; --out names another folder")
     make_folder(folder)
     sources = complete([r.source for r in draft.runs], draft.used)
     files = []

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...core.console import conclude
 from ...core.errors import OutputError
-from ...core.files import make_folder, replacing
+from ...core.files import is_same_file, make_folder, replacing
 from ..campaign.campaign import CampaignError
 from ..campaign.packed import CAMPAIGN, opened
 from ..campaign.read import read
@@ -51,6 +51,9 @@ def pack(path: Path, target: Path, force: bool = False) -> int:
             for run in data.get("run", [])
         ]
         text = _renamed_text(file.read_text(encoding="utf-8-sig"), renamed)
+        inputs = (path, campaign.system, campaign.effects, *(run.file for run in campaign.runs))
+        if (used := next((p for p in inputs if is_same_file(p, target)), None)) is not None:
+            raise OutputError(f"{target}: is {used.name}, which is packed; --out names another file")
         make_folder(target.parent)
         with replacing(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr(CAMPAIGN, text)

@@ -17,7 +17,7 @@ from ...core.regular import require_regular
 from ..measurements.delimited_text import DELIMITERS, NumberReader
 from ..measurements.table import FloatArray, MeasurementError
 from ..measurements.time_stamps import comparable, parse_time_stamp, seconds_since_first
-from ..settings import ONBOARDING
+from ..settings import FILE_LIMITS, ONBOARDING
 from .headings import campaign_unit, is_time_heading, time_unit, words
 
 ENCODINGS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
@@ -108,6 +108,7 @@ def _is_value(cell: str, number: NumberReader) -> bool:
 
 def _layout(lines: list[str]) -> tuple[str, int]:
     """What separates columns, and the line of the head: what cuts most lines into equally many cells with numbers."""
+    csv.field_size_limit(FILE_LIMITS.longest_cell)
     sample = [line for line in islice(lines, ONBOARDING.preamble + 40) if line.strip()]
     if not sample:
         return ",", 0

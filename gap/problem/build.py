@@ -27,9 +27,6 @@ from .stop import StopToken
 TIME_UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
 """Units that times are found in, as multiples that a number of them is of one in seconds."""
 
-SHORT_UNITS = (1e3, 1e6, 1e9)
-"""Likewise of times that are taken to be in ms, us or ns and are not."""
-
 TIME_UNIT_KEYS = {"minutes": "min", "hours": "h"}
 """What `time_unit` calls them, where that is another name."""
 
@@ -248,5 +245,6 @@ def _check_length(where: str, run: Run, scenario: float | None, step: float, dri
             f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: is time in {fitting[0]}? Then it needs "
             f"{keys[0]}"
         )
-    if scenario is not None and not driven and any(0.5 < run.stop * f / scenario < 1.5 for f in SHORT_UNITS):
+    finer = settings.sanity.finer_units
+    if scenario is not None and not driven and any(0.5 < run.stop * f / scenario < 1.5 for f in finer):
         raise CampaignError(f"{where} lasts {run.stop:g} s, the scenario {scenario:g} s: {unknown}")

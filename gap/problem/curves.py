@@ -73,7 +73,11 @@ def formula_over(curve: Curve, values: Mapping[str, Any], x: np.ndarray) -> np.n
     results = []
     for at in x.tolist():
         try:
-            results.append(float(SimpleEval(names={**constants, "x": at}, functions=functions).eval(curve.formula)))
+            with np.errstate(all="ignore"):
+                value = float(SimpleEval(names={**constants, "x": at}, functions=functions).eval(curve.formula))
+            if not np.isfinite(value):
+                raise ValueError(f"it gives {value:g}")
+            results.append(value)
         except (InvalidExpression, SyntaxError, ArithmeticError, TypeError, ValueError) as error:
             raise ValueError(f"'{curve.formula}' at x = {at:g}: {error}") from None
     return np.array(results)

@@ -39,6 +39,14 @@ class FileLimits:
     """MATLAB structs inside each other that are looked into."""
     jitter_warning_from: float = 0.015
     """Standard deviation of time stamps, in sample intervals, from which a clock is told to jitter: that of +-3 %."""
+    finest_range: float = 1e-6
+    """Width of an effect's bounds as a share of their largest value, and its prior of that width, at least."""
+    widest_range: float = 1e30
+    """Width of an effect's bounds at most [its unit]."""
+    widest_prior: float = 100.0
+    """Prior of an effect as a multiple of that width, at most."""
+    longest_cell: int = 2**26
+    """Characters of a cell of a text file; a head that is cut with another delimiter is one cell."""
     block: int = 2**22
     """Characters of a text file that are read together."""
     min_judged: int = 30
@@ -122,6 +130,8 @@ class SanitySettings:
     """Spans of model and readings that a reading may lie beyond both."""
     missing_marks: tuple[float, ...] = (999.0, 9999.0, 99999.0, 999999.0)
     """What is written, or its negative, where there was no reading."""
+    finer_units: tuple[float, ...] = (1e3, 1e6, 1e9)
+    """How many times too short a run is whose times are taken to be in ms, us or ns and are not."""
     swapped: float = 0.3
     """Share of the gap that two columns leave, each taken for the other, when they are swapped."""
     quiet: float = 20.0

@@ -78,10 +78,16 @@ def read(
 def _spec(path: Path) -> Any:
     if not path.is_file():
         raise PackageError(f"{path}: no such file")
+    warnings = list[str]()
+    mujoco.set_mju_user_warning(warnings.append)  # which MuJoCo writes into a file of the current folder else
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, RuntimeError) as error:
         raise PackageError(f"{path}: is no MJCF model that MuJoCo reads: {_line(error)}") from None
+    finally:
+        mujoco.set_mju_user_warning(None)
+    if (nan := next((text for text in warnings if "nan" in text.lower()), None)) is not None:
+        raise PackageError(f"{path}: {_line(ValueError(nan))}")
     spec.compiler.fusestatic = spec.compiler.alignfree = False  # bodies and their frames are those of the file
     return spec
 
