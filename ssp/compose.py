@@ -30,6 +30,8 @@ def compose(
 
     Raises `PackageError` that names the component or variable that is not there.
     """
+    if target.suffix.lower() != ".ssp":
+        raise PackageError(f"{target}: a package is a file.ssp")
     known: dict[str, _Known] = {}
     for name, path in fmus.items():
         taken = {one.source for one in known.values() if one.path != path}

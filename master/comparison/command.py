@@ -80,6 +80,8 @@ def _compare(options: argparse.Namespace) -> int:
 
     if len(options.runs) < 2:
         raise UsageError("give two runs or more")
+    if options.out.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"--out {options.out}: a page is a file.html")
     display = display_units(options.units)
     runs = read_runs(labelled([read_record(path) for path in options.runs]))
     for run in runs[1:]:

@@ -13,6 +13,7 @@ from typing import Any
 from ...core.console import strict_json
 from ...core.errors import OutputError
 from ...core.files import held, make_folder, replacing, writing
+from ...core.owned import read_object, refuse_others
 from ..results import by_suffix
 from .saved_state import STATE_FILE
 
@@ -46,12 +47,14 @@ class RunFolder:
         self._own = tuple(filter(None, (results, log)))
         left = earlier(folder, "results", tuple(by_suffix())), earlier(folder, "log", LOG_SUFFIXES)
         self._left = tuple(dict.fromkeys(filter(None, (*FILES, *left, *self._own))))
+        if not is_of_a_run(folder):
+            refuse_others(folder, self._left, "a run")
         for name in self._left:
             _check_replaceable(folder / name)
         self.place = folder / STAGE if self.has_earlier else folder
         """Where its files are now."""
         with writing(self.place):
-            shutil.rmtree(folder / STAGE, ignore_errors=True)
+            _clear_stage(folder)
             for name in self._own:
                 (self.place / name).parent.mkdir(parents=True, exist_ok=True)
             self.place.mkdir(exist_ok=True)
@@ -114,6 +117,22 @@ def result_folder(
             shutil.rmtree(folder / STAGE, ignore_errors=True)
 
 
+def is_of_a_run(folder: Path) -> bool:
+    """Whether a run has made the folder, by its manifest."""
+    return isinstance(read_object(folder / "manifest.json").get("options"), dict)
+
+
+def _clear_stage(folder: Path) -> None:
+    """Remove what a run left that was killed in its set-up; raises `OutputError` for what is not of a run."""
+    stage = folder / STAGE
+    if stage.is_symlink() or (stage.exists() and not stage.is_dir()):
+        raise OutputError(f"{stage}: is a link or a file; a run has its files there before it shows them: remove it")
+    whole = [p for p in stage.rglob("*") if p.is_file() and ".part" not in p.name]  # a run's manifest is its first
+    if whole and not (is_of_a_run(stage) or (stage / SWITCH).is_file()):
+        raise OutputError(f"{stage}: holds files of somebody else; a run has its own there: move them away")
+    shutil.rmtree(stage, ignore_errors=True)
+
+
 def found(folder: Path) -> Iterator[str]:
     """What an earlier run left that did not come to its end; one that was killed while its files took their place is
     helped to it."""
@@ -133,10 +152,12 @@ def found(folder: Path) -> Iterator[str]:
 def finish(folder: Path) -> bool:
     """Whether a run's files were taking their place when it was killed; they have done so now."""
     try:
+        if (folder / STAGE).is_symlink():
+            return False
         order = json.loads((folder / STAGE / SWITCH).read_text())
         names = [*order["move"], *order["remove"]]
-        inside = all((folder / name).resolve().is_relative_to(folder.resolve()) for name in names)
-    except (OSError, ValueError, TypeError, KeyError):
+        inside = all(name in FILES or _can_be_of_a_run(folder, name, (*by_suffix(), *LOG_SUFFIXES)) for name in names)
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         return False
     if inside:
         with suppress(OutputError):
@@ -187,11 +208,16 @@ def last_time(file: Path) -> float | None:
 def earlier(folder: Path, option: str, suffixes: Sequence[str]) -> str | None:
     """Name of a file of the run before in the folder, by its manifest; None for what cannot be one."""
     try:
-        name = json.loads((folder / "manifest.json").read_text())["options"][option]
-        fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in suffixes
-        return name if fits and (folder / name).resolve().is_relative_to(folder.resolve()) else None
+        name = read_object(folder / "manifest.json")["options"][option]
+        return name if _can_be_of_a_run(folder, name, suffixes) else None
     except Exception:  # whatever stands there
         return None
+
+
+def _can_be_of_a_run(folder: Path, name: str, suffixes: Sequence[str]) -> bool:
+    """Whether a file of that name can be a run's record or log."""
+    fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in suffixes
+    return fits and (folder / name).resolve().is_relative_to(folder.resolve())
 
 
 def _check_replaceable(file: Path) -> None:

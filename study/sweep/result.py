@@ -14,8 +14,10 @@ from ...core.display_units import DisplayUnits, display_units
 from ...core.errors import UsageError, did_you_mean, install
 from ...core.figures import in_notebooks
 from ...core.files import make_folder, replacing, write_together
+from ...core.owned import read_object, refuse_others
 from .request import SweepPlan, SweepRequest
 from .shown import Shown, shown_in
+from .store import CASES_FILE, holds_cases
 
 SUMMARY = "summary.json"
 
@@ -83,6 +85,7 @@ def run_sweep(
     from .table import FILES, rows, write
 
     make_folder(folder)
+    _check_folder(folder, FILES)
     with cluster(request.dask) as executor:
         entries = sweep(
             request.package, plan.cases, plan.settings, folder, executor, request.processes, progress,
@@ -102,6 +105,14 @@ def run_sweep(
         if name not in pictures:
             (folder / name).unlink(missing_ok=True)
     return Sweep(folder, plan, table, path, indices, silent, pictures, undrawn, told)
+
+
+def _check_folder(folder: Path, tables: Sequence[str]) -> None:
+    """Raise `OutputError` for a folder with results that no sweep has made: it would replace them."""
+    made = read_object(folder / SUMMARY)
+    if not (isinstance(made.get("vary"), list) and isinstance(made.get("metrics"), dict)):
+        others = [SUMMARY, *tables, *([] if holds_cases(folder / CASES_FILE) else [CASES_FILE])]
+        refuse_others(folder, others, "a sweep")
 
 
 def _indices(plan: SweepPlan, table: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -19,6 +19,9 @@ from ...core.files import held, make_folder, writing
 
 CASES_FILE = "cases.jsonl"
 
+SAMPLE = 1 << 16
+"""Bytes of the cases of which one has to be an entry of ours."""
+
 
 def digest(content: Mapping[str, Any]) -> str:
     """The name of what is described by the mapping."""
@@ -72,10 +75,17 @@ class Store:
             os.fsync(self._file.fileno())
 
 
+def holds_cases(file: Path) -> bool:
+    """Whether a file is one of finished cases, as far as its beginning tells; an empty one, or none, may be."""
+    with writing(file):
+        known = file.read_bytes()[:SAMPLE].splitlines() if file.is_file() else []
+    return not known or known[0].startswith(b'{"case"') or any(map(_entry, known))
+
+
 def _entry(line: bytes) -> dict[str, Any] | None:
     try:
         entry = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     if not isinstance(entry, dict) or not isinstance(entry.get("case"), str):
         return None

@@ -20,7 +20,7 @@ from deepsea_cosim.master.page.record import read_record
 from deepsea_cosim.master.results.blocks import whole
 from deepsea_cosim.master.simulation import run_folder
 from deepsea_cosim.master.simulation.run import Options, run
-from deepsea_cosim.master.simulation.run_folder import FAILED, STAGE, last_time
+from deepsea_cosim.master.simulation.run_folder import FAILED, STAGE, last_time, settle
 
 from ..packages import package, system
 from .parts import constant, two
@@ -172,3 +172,48 @@ def test_a_command_leaves_no_temporary_files(good, tmp_path):
     command = [sys.executable, "-m", "deepsea_cosim.master.cli", str(good), "--out", str(tmp_path / "out"), "--no-plot"]
     subprocess.run([*command, "--quiet"], check=True, env={**os.environ, "TMPDIR": str(temporary)})
     assert not list(temporary.iterdir())
+
+
+OTHERS = ("results.csv", "summary.json", "overview.png", "results.html", "state.zip")
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_files_that_no_run_has_left_are_not_replaced(good, tmp_path, capsys, name):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text("a thesis")
+    (out / "notes.txt").write_text("kept")
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 2
+    assert f"holds '{name}', which a run has not left there; --out names another folder" in capsys.readouterr().err
+    assert (out / name).read_text() == "a thesis"
+    (out / name).unlink()
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    assert (out / "notes.txt").read_text() == "kept"
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0, "a run's own are"
+
+
+def test_what_somebody_keeps_where_a_run_stages_its_files(good, tmp_path, capsys):
+    out, outside = tmp_path / "out", tmp_path / "outside"
+    line = [str(good), "--out", str(out), "--no-plot", "--quiet"]
+    assert main(line) == 0
+    outside.mkdir()
+    (out / ".new").symlink_to(outside)
+    assert main(line) == 2
+    assert ".new: is a link or a file" in capsys.readouterr().err
+    assert not list(outside.iterdir())
+    (out / ".new").unlink()
+    (out / ".new").mkdir()
+    (out / ".new" / "thesis.txt").write_text("precious")
+    assert main(line) == 2
+    assert ".new: holds files of somebody else" in capsys.readouterr().err
+    assert (out / ".new" / "thesis.txt").read_text() == "precious"
+
+
+def test_a_stranger_cannot_say_what_is_removed(good, tmp_path):
+    out = tmp_path / "out"
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    (out / "a.py").write_text("precious")
+    (out / ".new").mkdir()
+    (out / ".new" / "switch.json").write_text('{"move": [], "remove": ["a.py"]}')
+    settle(out)
+    assert (out / "a.py").read_text() == "precious"

@@ -572,3 +572,19 @@ def test_a_dask_cluster_whose_worker_is_killed_gives_the_same(doubled, tmp_path)
     assert killed
     assert found == expected
     assert np.all([e["values"]["end"] == pytest.approx(k + 1.0) for k, e in enumerate(found)])
+
+
+def test_a_folder_with_results_of_others_is_left_alone(doubled, tmp_path, capsys):
+    out = tmp_path / "out"
+    line = ["sweep", str(doubled), "--vary", f"{GAIN}=1,2", "--metric", "final(b.y1)", "--out", str(out), "--no-plots",
+            "--processes", "1", "--quiet"]  # fmt: skip
+    out.mkdir()
+    for name in ("summary.json", "sweep.csv", "cases.jsonl"):
+        (out / name).write_text("a thesis")
+        assert main(line) == 2
+        assert f"holds '{name}', which a sweep has not left there" in capsys.readouterr().err
+        assert (out / name).read_text() == "a thesis"
+        (out / name).unlink()
+    assert main(line) == 0
+    (out / "cases.jsonl").write_text("[" * 100_000 + "\n" + (out / "cases.jsonl").read_text())
+    assert main(line) == 0
