@@ -68,7 +68,7 @@ class _Completion(argparse.Action):
 def _complete_files(parser: argparse.ArgumentParser, what: object) -> None:
     """Let what takes a path, there and in commands below, complete names of files."""
     for action in parser._actions:
-        if action.type in (Path, folder):
+        if action.type in (Path, file, folder):
             action.complete = what  # type: ignore[attr-defined]
         if isinstance(action, argparse._SubParsersAction):
             for below in action.choices.values():
@@ -85,6 +85,13 @@ def add_version(p: argparse.ArgumentParser, words: Words = dict) -> None:
         "--print-completion", action=_Completion, words=words, choices=SHELLS, metavar="SHELL",
         help=f"print a script that completes this command in {', '.join(SHELLS)}, and exit",
     )  # fmt: skip
+
+
+def file(text: str) -> Path:
+    """A file that is named; an empty name, as of a variable of the shell that is not set, would be this folder."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the name of the file is empty")
+    return Path(text)
 
 
 def folder(text: str) -> Path:

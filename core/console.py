@@ -87,6 +87,11 @@ def escaped(text: str) -> str:
     return text.translate(_CONTROLS)
 
 
+def in_line(text: str) -> str:
+    """A text with a stranger's names, its line ends as \\n: a name cannot write a line of its own."""
+    return text.replace("\r", "\\r").replace("\n", "\\n")
+
+
 def one_line(text: str) -> str:
     """A message as one line of a length that can be read."""
     line = " ".join(text.splitlines())

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
+from math import isinf
 
 _NUMBER = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
 _WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
+
+TOO_LARGE = "is larger than a number can be"
+"""What is said of 1e400, which would be infinite."""
 
 LONGEST = 400
 """Digits of a number; one with more is a mistake, or an attack."""
@@ -16,7 +20,10 @@ def plain_number(text: str) -> float:
     stripped = text.strip()
     if len(stripped) > LONGEST or _NUMBER.fullmatch(stripped) is None:
         raise ValueError(f"{shown(text)} is not a number")
-    return float(stripped)
+    value = float(stripped)
+    if isinf(value) and "inf" not in stripped.lower():
+        raise ValueError(f"{shown(text)} {TOO_LARGE}")
+    return value
 
 
 def plain_whole(text: str) -> int:

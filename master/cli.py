@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core import ending
-from ..core.cli import OneLineParser, add_version, decimal, end_with, exit_code, folder, positive, seconds
-from ..core.console import add_output, conclude
+from ..core.cli import OneLineParser, add_version, decimal, end_with, exit_code, file, folder, positive, seconds
+from ..core.console import add_output, conclude, in_line
 from ..core.errors import CosimError
 from ..core.guardian import guarded
 from .algorithms import DEFAULT, NAMES
@@ -68,7 +68,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
     )
     p.add_argument(
-        "package", metavar="SCENARIO.ssp", type=Path,
+        "package", metavar="SCENARIO.ssp", type=file,
         help="the SSP package; a folder like one, a system structure (.ssd), an FMU on its own (.fmu) and an "
         "OspSystemStructure.xml do, too",
     )  # fmt: skip
@@ -209,7 +209,7 @@ def _look(options: argparse.Namespace, settings: Options, display: DisplayUnits)
         for line in report.lines():
             if options.quiet and not line.startswith("error"):
                 continue
-            print(line, file=sys.stderr if line.startswith("error") else sys.stdout)
+            print(in_line(line), file=sys.stderr if line.startswith("error") else sys.stdout)
         if not options.quiet and options.check:
             counts = ", ".join(
                 f"{len(texts)} {kind}{'s' * (len(texts) != 1)}"
@@ -286,7 +286,7 @@ def _conclude(options: argparse.Namespace, result: Result, files: list[str], dis
 
     def lines() -> Iterator[str]:
         for warning in result.summary["warnings"]:
-            print(f"cosim-master: warning: {warning}", file=sys.stderr)
+            print(f"cosim-master: warning: {in_line(warning)}", file=sys.stderr)
         yield report(result, display)
         yield f"\n{result.folder}: {', '.join(files)}"
         if options.results:

@@ -10,6 +10,7 @@ from shutil import disk_usage
 from time import perf_counter
 from typing import Any
 
+from ..core.console import in_line
 from ..core.display_units import DisplayUnits
 from .accuracy.step_error import worst
 from .simulation.result import Result
@@ -147,6 +148,6 @@ def _table(result: Result, display: DisplayUnits) -> Iterator[str]:
         values = [float(row[places[name]]) for row in result.extremes]
         unit, factor, offset = display.of(result.units.get(name, ""), max(map(abs, values)))
         cells = "".join(f"{factor * value + offset:>13.6g}" for value in values)
-        yield f"  {name:<28}{unit:>7}{cells}"
+        yield f"  {in_line(name):<28}{unit:>7}{cells}"
     if len(numbers) > count:
         yield f"  and {len(numbers) - count} more signals"

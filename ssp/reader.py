@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from hashlib import blake2b
+from itertools import islice
 from pathlib import Path
 
 from lxml import etree
@@ -52,6 +53,9 @@ CONNECTOR_KINDS = (
 )  # fmt: skip
 
 DEFAULT = "SystemStructure.ssd"
+NEAR = 1000
+"""Entries of a folder, and of those in it, that are looked at for a package."""
+
 MAX_LEVELS = 32
 """Deepest nesting of packages in packages."""
 
@@ -143,7 +147,8 @@ class _Reader:
         names = self.variants()
         if variant is None:
             if DEFAULT not in names:
-                files = [p.relative_to(self.folder).as_posix() for p in self.folder.rglob("*") if p.is_file()]
+                near = [p for pattern in ("*", "*/*") for p in islice(self.folder.glob(pattern), NEAR)]
+                files = [p.relative_to(self.folder).as_posix() for p in near if p.is_file()]
                 raise PackageError(shown + no_package(files))
             return self._whole(DEFAULT, names)
         if variant not in names and f"{variant}.ssd" in names:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..core.cli import OneLineParser, add_processes, add_version, decimal, exit_code, folder, natural, seconds
+from ..core.cli import OneLineParser, add_processes, add_version, decimal, exit_code, file, folder, natural, seconds
 from ..core.console import add_output
 from ..master.algorithms import DEFAULT, NAMES
 
@@ -65,7 +65,7 @@ def parser() -> argparse.ArgumentParser:
     s = commands.add_parser(
         "sweep", help="run a package over a grid or a sample of its parameters", epilog=SWEEP_EXAMPLES + METRICS
     )  # fmt: skip
-    s.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="any SSP package")
+    s.add_argument("package", metavar="SCENARIO.ssp", type=file, help="any SSP package")
     s.add_argument("--vary", metavar="NAME=SPEC", action="append", default=[],
                    help="1,2,3 or start:stop:step, or low:high with --sample; units may stand behind: 3:6:1mm; "
                    "may be repeated")  # fmt: skip
@@ -92,7 +92,7 @@ def parser() -> argparse.ArgumentParser:
     e = commands.add_parser(
         "envelope", help="how far each design goes, and the cheapest change that goes further", epilog=ENVELOPE_EXAMPLES
     )
-    e.add_argument("package", metavar="SCENARIO.ssp", type=Path, help="a built scenario, or any with --options")
+    e.add_argument("package", metavar="SCENARIO.ssp", type=file, help="a built scenario, or any with --options")
     e.add_argument("--options", type=Path, metavar="FILE.toml", help="requirements, choices and their costs (default: "
                    "the deep-sea machine's: depth without delay over lines, oil and valve)")  # fmt: skip
     e.add_argument(

@@ -68,14 +68,15 @@ def difference(name: str, unit: str, times: np.ndarray, a: np.ndarray, b: np.nda
 
     Values that are no numbers, or infinite, equal each other where both are the same of these.
     """
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):  # what is farther apart than a number can be is infinitely so
         apart = np.abs(b - a)
     apart[(a == b) | (np.isnan(a) & np.isnan(b))] = 0.0
     apart[np.isnan(apart)] = inf
     if not len(apart) or not apart.any():
         return Difference(name, unit, 0.0, 0.0)
     span = range_of(a, b)
-    relative = apart / span if span else np.where(apart > 0.0, inf, 0.0)
+    with np.errstate(invalid="ignore"):
+        relative = np.where(np.isinf(apart) | (span == 0.0) & (apart > 0.0), inf, apart / (span or 1.0))
     beyond, k = np.flatnonzero(relative > tolerance), int(np.argmax(apart))
 
     def at(i: int) -> Moment:

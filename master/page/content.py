@@ -54,9 +54,11 @@ def about(record: RunRecord, series: Series) -> list[str]:
     told, facts = record.summary, [record.name]
     if told.get("status") not in (None, "ok"):
         facts.append(f"status: {told['status']}")
-    if isinstance(step := told.get("step_s"), float):
-        span = told["stop_time_s"] - told["start_time_s"]
-        facts.append(f"{span:g} s in {told['steps']} steps of {step:g} s")
+    found = [told.get(key) for key in ("start_time_s", "stop_time_s", "step_s", "steps")]
+    numbers = [value for value in found if isinstance(value, int | float)]
+    if len(numbers) == len(found):
+        start, stop, step, steps = numbers
+        facts.append(f"{stop - start:g} s in {steps} steps of {step:g} s")
     facts += [str(told["method"])] if told.get("method") else []
     return [*facts, f"{series.points.rows:,} rows of {len(series.names)} signals"]
 

@@ -109,7 +109,7 @@ def _summary(folder: Path) -> Mapping[str, Any]:
     path = folder / "summary.json"
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"{path}: cannot be read ({error})") from None
     if not isinstance(found, dict):
         raise UsageError(f"{path}: no summary of a run")

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...core.errors import PackageError, ParameterError, UnknownNameError, did_you_mean
-from ...core.plain_numbers import plain_number, plain_whole
+from ...core.plain_numbers import TOO_LARGE, plain_number, plain_whole
 from ...core.unit_names import named
 from ...core.units import BASE, Unit
 from ..engine.values import LIMITS, MAX_ARRAY_VALUES, REAL, TEXT, FmiType
@@ -229,9 +229,10 @@ class FmuVariables:
             number = _real(value) if family == REAL else _whole(value)
             if number != number or isinstance(value, (bool, np.bool_)):  # true is no depth
                 raise ValueError
-        except (TypeError, ValueError, OverflowError):
+        except (TypeError, ValueError, OverflowError) as error:
             known = f"; known: {', '.join(items)}" if items else ""
             what = "is not a number" if family == REAL or not _is_number(value) else "is not an integer"
+            what = TOO_LARGE if TOO_LARGE in str(error) else what
             value = f"{value:g}" if isinstance(value, float) else repr(value)
             raise ParameterError(f"{shown}{address} = {value} {what}{known}") from None
         low, high = self.bounds(name) if limited else self.limits.get(variable.type, (-float("inf"), float("inf")))

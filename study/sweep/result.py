@@ -131,8 +131,8 @@ def _indices(plan: SweepPlan, table: Sequence[Mapping[str, Any]]) -> tuple[dict[
 def _earlier_pictures(folder: Path) -> list[str]:
     """Names of the pictures of an earlier sweep in the folder."""
     try:
-        earlier = json.loads((folder / SUMMARY).read_text(encoding="utf-8")).get("pictures", [])
-    except (OSError, ValueError, AttributeError):
+        earlier = list(read_object(folder / SUMMARY).get("pictures", []))
+    except TypeError:
         return []
     return [n for n in earlier if isinstance(n, str) and n.endswith(".png") and n == Path(n).name]
 

@@ -19,7 +19,7 @@ from deepsea_cosim.core.errors import Interrupted, PackageError, SimulationError
         (PackageError("p.ssp: line\nbreaks\r\nin it"), 2, "p.ssp: line breaks in it"),
         (SimulationError("stopped"), 1, "stopped"),
         (Interrupted("stopped by you"), 130, "stopped by you"),
-        (OSError(36, "File name too long", "aaaa"), 1, "aaaa: File name too long"),
+        (OSError(36, "File name too long", "aaaa"), 2, "aaaa: File name too long"),
         (PermissionError(13, "Permission denied", "/somewhere"), 1, "/somewhere: Permission denied"),
         (OSError("of no number"), 1, "of no number"),
         (KeyboardInterrupt(), 130, "interrupted"),

@@ -23,6 +23,13 @@ def test_what_is_none(text):
     assert len(str(error.value)) < 120
 
 
+@pytest.mark.parametrize("text", ["1e400", "-1e999", "9" * 400])
+def test_larger_than_a_number_can_be(text):
+    with pytest.raises(ValueError, match="is larger than a number can be") as error:
+        plain_number(text)
+    assert len(str(error.value)) < 120
+
+
 def test_whole_numbers():
     assert [plain_whole(t) for t in ("007", "-3", "+12")] == [7, -3, 12]
     for text in ("1.0", "1_0", "\u0661", ""):

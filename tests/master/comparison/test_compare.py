@@ -198,3 +198,25 @@ def test_a_page_of_runs_in_a_browser(tmp_path, monkeypatch):
         assert page.locator("#parameters td").all_inner_texts()[:3] == ["m", "1 kg", "2 kg"]
         assert not messages
         browser.close()
+
+
+def test_signals_farther_apart_than_a_number_can_be():
+    a = np.array([1e308, -1e308])
+    d = difference("x", "m", np.arange(2.0), a, -a, 1e-6)
+    assert d.relative == np.inf
+    assert d.first.time == 0.0
+
+
+def test_a_page_takes_no_other_files_place(tmp_path, capsys):
+    a, b = (result_folder(tmp_path / name, {"x": (T, "float", "m")}, T) for name in "ab")
+    before = (a / "summary.json").read_bytes()
+    assert code(main, ["compare", str(a), str(b), "--out", str(a / "summary.json")]) == 2
+    assert "a page is a file.html" in capsys.readouterr().err
+    assert (a / "summary.json").read_bytes() == before
+
+
+def test_a_summary_that_is_none(tmp_path, capsys):
+    a, b = (result_folder(tmp_path / name, {"x": (T, "float", "m")}, T) for name in "ab")
+    (a / "summary.json").write_text("[" * 100_000)
+    assert code(main, ["compare", str(a), str(b), "--no-html"]) == 2
+    assert "summary.json: cannot be read" in capsys.readouterr().err
