@@ -115,13 +115,19 @@ def sweep(
     >>> found = sweep("deepsea_11km.ssp", {"depth": [9000, 11000]},                 # doctest: +SKIP
     ...               {"out": "reaches(arm.x_h, 0.2, 0.001, 2)"})
     """
+    from .core.errors import UsageError
     from .master.options import as_path
     from .study.sweep.request import SweepRequest, make_plan
     from .study.sweep.result import run_sweep
 
+    if not isinstance(vary, Mapping):
+        raise UsageError("vary has to give values by the names of parameters, as {'depth': [9000, 11000]}")
+    if isinstance(metrics, str) or not isinstance(metrics, Mapping | Sequence):
+        raise UsageError("metrics has to be a list of texts such as 'max(hydraulics.P1)', or such texts by label")
     named = [f"{k}={v}" for k, v in metrics.items()] if isinstance(metrics, Mapping) else list(metrics)
     request = SweepRequest(
-        as_path("package", package), tuple(f"{name}={_axis(values)}" for name, values in vary.items()), tuple(named),
+        as_path("package", package), tuple(f"{name}={_axis(name, values)}" for name, values in vary.items()),
+        tuple(named),
         tuple(f"{name}={value}" for name, value in (fixed or {}).items()), sample, seed, **_known(options, _SWEEP),
     )  # fmt: skip
     folder = as_path("out", out) if out is not None else request.usual_folder
@@ -132,12 +138,19 @@ _SWEEP = ("step", "stop_time", "method", "stimuli", "processes", "dask", "case_t
 """Options of `sweep`, by the names that `SweepRequest` has."""
 
 
-def _axis(values: Any) -> str:
+def _axis(name: str, values: Any) -> str:
     """Values as --vary has them."""
+    from .core.errors import UsageError
+    from .study.sweep.axes import MOST
+
     if isinstance(values, str):
         return values
     if isinstance(values, tuple) and len(values) == 2:
         return f"{values[0]}:{values[1]}"
+    if not hasattr(values, "__len__") or not hasattr(values, "__iter__"):
+        raise UsageError(f"vary: '{name}' = {values!r} has to be a list of values, a pair (low, high) or a text")
+    if len(values) > MOST:
+        raise UsageError(f"vary: '{name}' has {len(values)} values; {MOST} cases are taken at most")
     return ",".join(str(v).lower() if isinstance(v, bool) else str(v) for v in values)
 
 

@@ -59,7 +59,7 @@ class _StopCondition:
         self.interrupted = True
         ending.note(number)
         for kind, handler in self._before.items():
-            signal.signal(kind, handler)
+            signal.signal(kind, handler if callable(handler) else signal.default_int_handler)
 
 
 class _Progress:

@@ -92,6 +92,9 @@ class Run:
     """Where its readings stand."""
 
 
+NOTHING_TO_FIT = "every run has use = 'holdout', so there is nothing to fit; take that out of one run at least"
+
+
 @dataclass
 class Campaign:
     """Channels, runs, the package they were compared with, and what was found odd while reading."""
@@ -118,6 +121,11 @@ class Campaign:
     def inputs(self) -> list[Channel]:
         """Channels that drive the model."""
         return [c for c in self.channels if c.role == "input"]
+
+    @property
+    def lacks_training(self) -> bool:
+        """Whether there is no run to fit."""
+        return all(r.use == "holdout" for r in self.runs)
 
 
 def si(name: str) -> str:

@@ -20,7 +20,7 @@ from ...core.files import make_folder
 from ...core.units import unit
 from ...master.parallel.pool import Pool
 from ..campaign import read_catalogue as catalogues
-from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.campaign import NOTHING_TO_FIT, Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
 from ..campaign.packed import opened
 from ..campaign.read import read
@@ -117,6 +117,7 @@ def check(campaign: Campaign) -> Checked:
         findings += _told(problem, lambda: check_sensors(problem, nominal))
         findings += check_shapes(problem, nominal, {f.channel for f in findings})
         findings += [*check_readings(problem, nominal), *check_catalogue_values(problem)]
+    findings += [Finding("", "", NOTHING_TO_FIT)] if campaign.lacks_training else []
     notes = [f for f in findings if any(part in f.text for part in NOTES)]
     wrong = [f for f in findings if f not in notes]
     return Checked(problem, nominal, tuple(_merged(wrong)), len(campaign.runs), tuple(_merged(notes)))

@@ -16,7 +16,7 @@ from ..analysis.experiment_design import NextMeasurement
 from ..analysis.localisation import GapLocation
 from ..analysis.residual_structure import Structure
 from ..analysis.verdict import verdict
-from ..campaign.campaign import Campaign, CampaignError
+from ..campaign.campaign import NOTHING_TO_FIT, Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
 from ..problem.build import build_problem
 from ..problem.parameters import EffectCandidate
@@ -264,9 +264,8 @@ def initial_state(
     earlier: EarlierDiagnosis | None = None,
 ) -> State:  # fmt: skip
     """The state in which a diagnosis begins: the campaign posed for its package."""
-    if all(r.use == "holdout" for r in campaign.runs):
-        remedy = "so there is nothing to fit; take that out of one run at least"
-        raise CampaignError(f"{campaign.file}: every run has use = 'holdout', {remedy}")
+    if campaign.lacks_training:
+        raise CampaignError(f"{campaign.file}: {NOTHING_TO_FIT}")
     training, *held = split_runs(campaign)
     problem = build_problem(training, catalogue, pool, stop, settings)
     transferable = earlier and replace(earlier, sets=tuple(transferable_sets(problem, earlier)))

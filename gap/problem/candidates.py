@@ -172,6 +172,12 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
         for p in effect.all_parameters:
             for address in (p.address, *p.also):
                 check_values(f"effect {effect.id}", address, (p.low, p.high))
+            for address in p.also:
+                if parameters[address] != parameters[p.address]:
+                    raise CampaignError(
+                        f"effect {effect.id}: 'also' is for what takes the same value, and '{p.address}' stands at "
+                        f"{parameters[p.address]} in the package, '{address}' at {parameters[address]}"
+                    )
     for c in catalogue.curves:
         _check_curve(c, session, check_values)
     for e in catalogue.experiments:

@@ -10,6 +10,9 @@ from ...core.errors import SimulationError, UsageError, did_you_mean
 from ..engine.runner import Runner
 from ..engine.values import REAL, Signal
 
+BLOCK = 4096
+"""Steps that are taken at a time: rows of all of them have to fit into memory, and Ctrl-C is heard between."""
+
 ENDLESS = 2**40
 """Steps of a run without an end: more than anybody takes."""
 
@@ -47,6 +50,10 @@ class SteppedRun:
         """
         if not self._is_current(self):
             raise UsageError("this run is over: its session has been closed, or has started another one")
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 0:
+            raise UsageError(f"count = {count!r} has to be a whole number of steps")
+        if inputs is not None and not isinstance(inputs, Mapping):
+            raise UsageError("inputs have to be values by address, as {'arm.load_weight': 800.0}")
         for name, value in (inputs or {}).items():
             if name not in self._driven:
                 hint = did_you_mean(name, list(self._driven))
@@ -54,6 +61,15 @@ class SteppedRun:
             if not np.isfinite(value):
                 raise UsageError(f"'{name}' = {value} is not finite")
             self._held[name] = float(value)
+        for left in range(int(count), 0, -BLOCK):
+            self._take(min(left, BLOCK))
+        values = self.values()
+        if not np.isfinite(values).all():
+            wrong = self._signals[int(np.argmax(~np.isfinite(values)))].address
+            raise SimulationError(f"'{wrong}' is not finite at t = {self.time:g} s", self.time)
+        return values
+
+    def _take(self, count: int) -> None:
         rows = np.empty((count, self._runner.width))
         taken = self._runner.run(
             rows, self._start, self.step_size, self.steps, count, ENDLESS, np.inf, self._matrix(count)
@@ -62,11 +78,6 @@ class SteppedRun:
         if taken < count and (instance := self._runner.ended) is not None:
             why = f"component '{instance.name}' asks to end the simulation at t = {self.time:g} s"
             raise SimulationError(why, self.time)
-        values = self.values()
-        if not np.isfinite(values).all():
-            wrong = self._signals[int(np.argmax(~np.isfinite(values)))].address
-            raise SimulationError(f"'{wrong}' is not finite at t = {self.time:g} s", self.time)
-        return values
 
     def _matrix(self, count: int) -> np.ndarray | None:
         """The inputs at each of the points (count + 1, columns), then, where the method holds these, their means."""

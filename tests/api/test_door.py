@@ -1,5 +1,6 @@
 """The public door: its names, that it is light, and that each function does what its command does."""
 
+import re
 import subprocess
 import sys
 
@@ -102,6 +103,30 @@ def test_a_run_that_is_driven_step_by_step(driven):
         again.step()
     with pytest.raises(UsageError, match="the session is closed"):
         session.start(["a.y1"])
+
+
+@pytest.mark.parametrize(("arguments", "told"), [
+    ((None,), "vary has to give values by the names"), (({"a.x": 5},), "'a.x' = 5 has to be a list of values"),
+    (({"a.x": [1]}, 5), "metrics has to be a list of texts"), (({"a.x": [1]}, "max(a.y)"), "metrics has to be a list"),
+    (({"a.x": range(200_000)},), "has 200000 values; 100000 cases are taken at most"),
+])  # fmt: skip
+def test_sweeps_of_nothing_that_can_be_varied(tmp_path, arguments, told):
+    with pytest.raises(CosimError, match=re.escape(told)):
+        sweep(tmp_path / "none.ssp", *arguments)
+
+
+def test_steps_are_whole_numbers(driven):
+    with Session(driven) as session:
+        taken = session.start(["a.y1"], inputs={"u": 1.0})
+        for count in (-1, 1.5, True, "1", None):
+            with pytest.raises(CosimError, match="has to be a whole number of steps"):
+                taken.step(count=count)
+        with pytest.raises(CosimError, match="inputs have to be values by address"):
+            taken.step(5)
+        taken.step(count=0)
+        assert taken.steps == 0
+        taken.step(count=5000)
+        assert taken.steps == 5000
 
 
 @pytest.mark.parametrize("method", ["gauss-seidel", "nepce", "extrapolation"])

@@ -13,7 +13,6 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="
 
 CHILD = """
 import sys
-from textwrap import indent
 print("ready", flush=True)
 sys.stdin.readline()
 from deepsea_cosim.core.ending import ignore_interrupts
@@ -22,7 +21,7 @@ print("goes on", flush=True)
 """
 
 
-def test_a_process_that_is_starting_is_not_ended_by_ctrl_c():
+def test_a_process_that_is_starting_is_not_ended_by_ctrl_c(listening):
     with starting_processes():
         child = subprocess.Popen([sys.executable, "-c", CHILD], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                  stderr=subprocess.PIPE, text=True)  # fmt: skip
@@ -32,7 +31,15 @@ def test_a_process_that_is_starting_is_not_ended_by_ctrl_c():
     assert (said, error, child.returncode) == ("goes on\n", "", 0)
 
 
-def test_ctrl_c_reaches_who_starts_processes_afterwards():
+@pytest.fixture
+def listening():
+    """To Ctrl-C, which whoever runs the tests may ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_reaches_who_starts_processes_afterwards(listening):
     reached = []
 
     def interrupted_meanwhile():
@@ -55,6 +62,8 @@ def test_whoever_starts_processes_listens_as_before():
 COMMAND = """
 import os, signal, sys, time
 from deepsea_cosim.core.cli import end_with, exit_code
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may ignore it
 
 def strike(*numbers):
     for number in numbers:

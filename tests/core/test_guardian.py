@@ -12,6 +12,9 @@ SCRIPT = """
 import os, signal, sys, time
 from deepsea_cosim.core.guardian import guarded, tell
 
+for name in ("SIGTERM", "SIGHUP"):  # whoever runs the tests may ignore them
+    signal.signal(getattr(signal, name), signal.SIG_DFL)
+
 def main():
     {main}
 

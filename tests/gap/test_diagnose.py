@@ -346,6 +346,7 @@ BAD_CATALOGUES = {
     "a verdict's name": ('id = "friction"', 'id = "none"', "the name of a verdict"),
     "an unknown key": ("prior = 0.3", "prioor = 0.3", "unknown key 'prioor'; did you mean 'prior'"),
     "an address twice": ('address = "o.k3"', 'address = "o.F_c"', "friction and effect cubic_spring both have 'o.F_c'"),
+    "another quantity": ('address = "o.F_c"', 'address = "o.F_c"\nalso = ["o.m"]', "'also' is for what takes the same"),
     "another schema": ("[[base]]", "schema = 7\n[[base]]", "schema = 7 is not known"),
     "no such experiment": ('parameter = "o.m"\nvalues', 'parameter = "o.z"\nvalues', "experiment o.z: no component"),
     "a region of nothing": ('signal = "o.v"', 'signal = "o.w"', "region 'moving out': no connector 'o.w'"),

@@ -15,6 +15,7 @@ import orjson
 
 from ....core.errors import OutputError, UsageError
 from ....core.files import writing
+from ....core.repeated import repeated
 from ..columns import Column
 from ..format import Block, Format
 
@@ -95,6 +96,8 @@ def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
             names = next(csv.reader([file.readline().decode("utf-8-sig")]), [])
             if not names:
                 raise UsageError(f"{path}: empty; a result file begins with the names of its columns")
+            if (twice := repeated(names)) is not None:
+                raise UsageError(f"{path}: has two columns '{twice}'")
             yield {name: np.empty(0) for name in names}
             while data := file.read(BLOCK) + file.readline():
                 while data.count(b'"') % 2 and (more := file.readline()):  # a text goes on in the next line

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.gap.campaign.campaign import NOTHING_TO_FIT
 from deepsea_cosim.gap.campaign.read import read
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.onboarding.check import check
@@ -42,6 +43,10 @@ def column(j, function):
         return table
 
     return change
+
+
+def test_there_is_no_run_to_fit(campaign):
+    assert ("", NOTHING_TO_FIT) in told(campaign(more='use = "holdout"\n'))
 
 
 def test_nothing_is_wrong(campaign, tmp_path, capsys):

@@ -220,3 +220,9 @@ def test_a_summary_that_is_none(tmp_path, capsys):
     (a / "summary.json").write_text("[" * 100_000)
     assert code(main, ["compare", str(a), str(b), "--no-html"]) == 2
     assert "summary.json: cannot be read" in capsys.readouterr().err
+
+
+def test_a_column_that_is_there_twice(tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("time,x,x\n0,1,2\n1,3,4\n")
+    assert code(main, ["compare", str(tmp_path / "a.csv"), str(tmp_path / "a.csv"), "--no-html"]) == 2
+    assert "has two columns 'x'" in capsys.readouterr().err
