@@ -19,7 +19,7 @@ from ..packages import binding, bindings, component, connector, description, lin
 
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
-COUNT = 500
+COUNT = 150
 VALUES = ("", "-1", "nan", "inf", "1e999", "x", "..", "../../etc/passwd", "%2e%2e/x", "true", "0", "é" * 50, "a" * 5000,
           "input", "output", "parameter", "application/x-ssp-package", "2.0", "9.9", "4294967296")  # fmt: skip
 TAGS = ("Real", "Integer", "Boolean", "String", "Enumeration", "Float64", "Connector", "Component", "System", "Gadget")
