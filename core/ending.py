@@ -65,8 +65,8 @@ def code() -> int:
 
 @contextmanager
 def starting_processes() -> Iterator[None]:
-    """Around the start of processes: they inherit that Ctrl-C is held back from them, and decide what it does once
-    they are ready; one that comes meanwhile reaches this process afterwards."""
+    """Around the start of processes: they inherit that Ctrl-C is held back from the thread that starts them, and decide
+    what it does once they are ready."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
