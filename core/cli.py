@@ -172,6 +172,9 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
             print(json_text({"error": one_line(text), "exit_code": code}))
         return code
 
+    def ended() -> int:
+        return failed(interrupted.replace("interrupted", ending.told()), ending.code())
+
     try:
         code = work()
         if sys.stdout is not None:
@@ -192,13 +195,13 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
         code = ending.code() if by_request else 1 if isinstance(error, SimulationError) else 2
         return failed(str(error), code)
     except KeyboardInterrupt:
-        return failed(interrupted.replace("interrupted", ending.told()), ending.code())
+        return ended()
     except MemoryError:
         return failed("there is not enough memory for this", 1)
     except Exception:
         if not ending.asked():
             raise
-        return failed(interrupted.replace("interrupted", ending.told()), ending.code())
+        return ended()
 
 
 def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None) -> NoReturn:

@@ -38,10 +38,6 @@ def die_with_parent() -> None:
             ctypes.CDLL(None).prctl(1, signal.SIGKILL, 0, 0, 0)  # PR_SET_PDEATHSIG
 
 
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, where nothing else listens to it."""
-
-
 def note(number: int) -> None:
     """A signal has asked this process to end."""
     _asked.append(number)
@@ -101,7 +97,7 @@ def _raising() -> Callable[[int, FrameType | None], None]:
             return
         last = monotonic()
         note(number)
-        raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+        raise KeyboardInterrupt
 
     return ended
 

@@ -11,22 +11,11 @@ from typing import Any
 
 from .errors import CosimError, did_you_mean
 from .limits import SETTINGS, limit, remedy
+from .plain_numbers import shown_value
 from .regular import require_regular
 
 CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
 """Characters that end a line or steer a terminal."""
-
-LONGEST = 60
-"""Characters of a value in a message."""
-
-
-def shown_value(value: Any) -> str:
-    """A value for a message, however long it is."""
-    try:
-        text = repr(value)
-    except ValueError:  # a whole number of thousands of digits
-        return "a number of thousands of digits"
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 class Tables:

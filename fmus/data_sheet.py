@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import CosimError, PackageError, UsageError
-from ..core.plain_numbers import plain_number
+from ..core.plain_numbers import plain_number, shown_value
 from ..core.sea import GRAVITY
-from ..core.toml_tables import Tables, shown_value
+from ..core.toml_tables import Tables
 from ..core.unit_names import named
 from ..core.units import conversion, unit
 from ..hydraulics_fmu.constants import by_name, constants
@@ -148,7 +148,10 @@ class _Sheet(Tables):
         except UsageError as error:
             hint = "; degrees are degC or degF" if found[2] in ("C", "F") and own == "K" else ""
             raise self.error(f"{where}: '{key}' = '{given}': {error}{hint}") from None
-        return factor * plain_number(found[1]) + offset
+        try:
+            return factor * plain_number(found[1]) + offset
+        except ValueError as error:
+            raise self.error(f"{where}: '{key}' {error}") from None
 
 
 def read(path: Path) -> Machine:

@@ -34,7 +34,8 @@ def run_python(arguments: Sequence[str], environment: Mapping[str, str], failure
         _, said = process.communicate()
     finally:
         process.kill()
-        _running.discard(process)
+        with _lock:
+            _running.discard(process)
     if process.returncode:
         lines = said.strip().splitlines() or [f"the process ended with code {process.returncode}"]
         raise PackageError(f"{failure}: {lines[-1]}")

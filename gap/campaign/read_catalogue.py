@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from ...core.errors import PackageError
+from ...core.plain_numbers import shown_value
 from ...core.regular import require_regular
 from ...core.repeated import repeated
-from ...core.toml_tables import Tables, shown_value
+from ...core.toml_tables import Tables
 from ..settings import FILE_LIMITS
 from . import keys
 from .catalogue import (

@@ -154,10 +154,10 @@ def finish(folder: Path) -> bool:
     try:
         if (folder / STAGE).is_symlink():
             return False
-        order = json.loads((folder / STAGE / SWITCH).read_text())
+        order = read_object(folder / STAGE / SWITCH)
         names = [*order["move"], *order["remove"]]
         inside = all(name in FILES or _can_be_of_a_run(folder, name, (*by_suffix(), *LOG_SUFFIXES)) for name in names)
-    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+    except (OSError, ValueError, TypeError, KeyError):
         return False
     if inside:
         with suppress(OutputError):

@@ -17,7 +17,7 @@ from ...core.files import make_folder, replacing, write_together
 from ...core.owned import read_object, refuse_others
 from .request import SweepPlan, SweepRequest
 from .shown import Shown, shown_in
-from .store import CASES_FILE, holds_cases
+from .store import CASES_FILE, beginning, holds_cases
 
 SUMMARY = "summary.json"
 
@@ -109,10 +109,10 @@ def run_sweep(
 
 def _check_folder(folder: Path, tables: Sequence[str]) -> None:
     """Raise `OutputError` for a folder with results that no sweep has made: it would replace them."""
-    made = read_object(folder / SUMMARY)
-    if not (isinstance(made.get("vary"), list) and isinstance(made.get("metrics"), dict)):
-        others = [SUMMARY, *tables, *([] if holds_cases(folder / CASES_FILE) else [CASES_FILE])]
-        refuse_others(folder, others, "a sweep")
+    made, cases = read_object(folder / SUMMARY), beginning(folder / CASES_FILE)
+    has_summary = isinstance(made.get("vary"), list) and isinstance(made.get("metrics"), dict)
+    if not has_summary and not holds_cases(cases):  # its summary comes last, and may be missing where it was killed
+        refuse_others(folder, [SUMMARY, *tables, *([CASES_FILE] if cases else [])], "a sweep")
 
 
 def _indices(plan: SweepPlan, table: Sequence[Mapping[str, Any]]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -75,11 +75,17 @@ class Store:
             os.fsync(self._file.fileno())
 
 
-def holds_cases(file: Path) -> bool:
-    """Whether a file is one of finished cases, as far as its beginning tells; an empty one, or none, may be."""
-    with writing(file):
-        known = file.read_bytes()[:SAMPLE].splitlines() if file.is_file() else []
-    return not known or known[0].startswith(b'{"case"') or any(map(_entry, known))
+def beginning(file: Path) -> list[bytes]:
+    """The first lines of a file, none where there is none."""
+    if not file.is_file():
+        return []
+    with writing(file), file.open("rb") as opened:
+        return opened.read(SAMPLE).splitlines()
+
+
+def holds_cases(lines: Sequence[bytes]) -> bool:
+    """Whether the beginning of a file is that of one of finished cases."""
+    return bool(lines) and (lines[0].startswith(b'{"case"') or any(map(_entry, lines)))
 
 
 def _entry(line: bytes) -> dict[str, Any] | None:

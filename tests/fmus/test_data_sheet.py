@@ -91,6 +91,7 @@ def test_a_longer_stroke_takes_a_larger_linkage_and_the_loop_stays_slower_than_t
     ('rod = "25 mm"', 'rod = "25 mmm"', "unknown unit 'mmm'"),
     ('rod = "25 mm"', "", "'rod' is missing"),
     ('rod = "25 mm"', "rod = true", "wrong type"),
+    ('rod = "25 mm"', 'rod = "1e400 mm"', "'rod' '1e400' is larger than a number can be"),
     ("bore = 0.045", "bore = 45", "out of range"),
     ('speed = "1450 rpm"', 'speed = "1450 rpm"\nflow = "8 l/min"', "one is too much"),
     ('speed = "1450 rpm"', "speed = 0", "'speed' = 0 has to be above zero"),

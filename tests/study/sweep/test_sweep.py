@@ -586,5 +586,7 @@ def test_a_folder_with_results_of_others_is_left_alone(doubled, tmp_path, capsys
         assert (out / name).read_text() == "a thesis"
         (out / name).unlink()
     assert main(line) == 0
+    (out / "summary.json").unlink()
+    assert main(line) == 0, "a sweep that was killed before its summary goes on"
     (out / "cases.jsonl").write_text("[" * 100_000 + "\n" + (out / "cases.jsonl").read_text())
     assert main(line) == 0
