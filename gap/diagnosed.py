@@ -86,8 +86,7 @@ def diagnose_into(
     """
     need("gap", "scipy", "sklearn", "arch", "ruptures", *(("jinja2",) if report else ()))
     from ..master.parallel.pool import cluster
-    from .campaign.packed import opened
-    from .campaign.read import read
+    from .campaign.packed import campaign_at
     from .diagnose import diagnose
     from .report.collect import collect
     from .result.read import load_earlier
@@ -99,7 +98,7 @@ def diagnose_into(
         until = time.monotonic() + time_limit
         stop = StopToken(lambda: time.monotonic() > until)
     with ExitStack() as stack:
-        read_campaign = campaign if isinstance(campaign, Campaign) else read(stack.enter_context(opened(place)))
+        read_campaign = campaign if isinstance(campaign, Campaign) else stack.enter_context(campaign_at(place))
         earlier = None if resume is None else load_earlier(resume)
         make_folder(folder)
         executor = stack.enter_context(cluster(dask))

@@ -45,10 +45,11 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
     """A folder that `make` has filled; the workers of one test run share it, and the first of them makes it."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
+    own = factory.getbasetemp()
+    if not own.name.startswith("popen-"):  # not by the environment: a test may call pytest in a worker
         make(folder := factory.mktemp(name))
         return folder
-    folder = factory.getbasetemp().parent / name
+    folder = own.parent / name
     done = folder.with_suffix(".done")
     try:
         folder.mkdir()

@@ -220,6 +220,13 @@ class Catalogue:
     measurables: tuple[Measurable, ...] = ()
     estimation: dict[str, Any] = field(default_factory=dict)
     """Settings of the runs at longer steps than the package's, by address."""
+    source: str = field(default="", compare=False, repr=False)
+    """What it was read from."""
+
+    @property
+    def told_of(self) -> str:
+        """What messages about its entries begin with."""
+        return f"{self.source}: " if self.source else ""
 
     def effect(self, id: str) -> Effect | None:
         """The effect of that id."""

@@ -5,11 +5,14 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from ...core.errors import CosimError
 from ...core.scratch import scratch
 from ...ssp.archive import extract
-from .campaign import CampaignError
+from .campaign import Campaign, CampaignError
+from .read import read
 from .tables import take
 
 CAMPAIGN = "campaign.toml"
@@ -20,7 +23,7 @@ def opened(path: Path) -> Iterator[Path]:
     """The campaign.toml that a path names, or that is in a zip archive; what is unpacked is removed at the end.
 
     Raises `PackageError` for an archive that is damaged, larger than archives may be, or leaves its folder, and
-    `CampaignError` for one without a campaign.
+    `CampaignError` for one without a campaign. What is raised meanwhile names files as in the archive.
     """
     if not (path.is_file() and zipfile.is_zipfile(path)):
         yield path
@@ -32,7 +35,19 @@ def opened(path: Path) -> Iterator[Path]:
         if campaign is None:
             raise CampaignError(f"{path}: holds no {CAMPAIGN}; cosim-gap pack writes such an archive")
         _check_inside(path, folder, campaign)
-        yield campaign
+        try:
+            yield campaign
+        except CosimError as error:
+            error.args = tuple(a.replace(str(folder), str(path)) if isinstance(a, str) else a for a in error.args)
+            raise
+
+
+@contextmanager
+def campaign_at(path: Path) -> Iterator[Campaign]:
+    """The campaign of a campaign.toml or an archive; its files are there as long as the context lasts."""
+    with opened(path) as file:
+        campaign = read(file)
+        yield campaign if file == path else replace(campaign, file=path / file.name)
 
 
 def _check_inside(path: Path, folder: Path, campaign: Path) -> None:

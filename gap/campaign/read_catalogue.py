@@ -237,6 +237,7 @@ def _catalogue(data: dict[str, Any], shown: str) -> Catalogue:
         all_of("experiment", "parameter", reader.experiment),
         all_of("measurable", "connector", reader.measurable),
         settings,
+        shown,
     )
 
 

@@ -22,8 +22,7 @@ from ...master.parallel.pool import Pool
 from ..campaign import read_catalogue as catalogues
 from ..campaign.campaign import NOTHING_TO_FIT, Campaign, CampaignError
 from ..campaign.catalogue import Catalogue
-from ..campaign.packed import opened
-from ..campaign.read import read
+from ..campaign.packed import campaign_at
 from ..checks.campaign_sanity import CHECKS as SANITY_CHECKS
 from ..checks.catalogue_values import check_catalogue_values
 from ..checks.readings import check_readings, gaps
@@ -77,8 +76,7 @@ TIME = "time_unit"
 def check_command(options: argparse.Namespace) -> int:
     """Check and draw; returns 1 where something looks wrong, else 0."""
     folder = options.out or options.campaign.parent
-    with opened(options.campaign) as file:
-        campaign = read(file)
+    with campaign_at(options.campaign) as campaign:
         try:
             checked = check(campaign)
         except CampaignError as error:

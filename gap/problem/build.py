@@ -68,7 +68,7 @@ def build_problem(
     candidates = tuple(c for c in possible if c.id not in campaign.accept)
     base = (*base, *(x for c in accepted for x in c.parameters))
     for name in catalogue.estimation:
-        addresses_of(name, runs[0].values, "estimation")
+        addresses_of(name, runs[0].values, f"{catalogue.told_of}estimation")
     discretisation = Discretisation(macro_step, difference_step=settings.numerics.difference_steps[0])
     return Problem(
         campaign, catalogue, Simulator(pool, stop, settings.numerics.kept), discretisation, runs, observations,
@@ -104,7 +104,7 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
     try:
         session.values(catalogue.estimation)
     except ParameterError as error:
-        raise CampaignError(f"estimation: {error}") from None
+        raise CampaignError(f"{catalogue.told_of}estimation: {error}") from None
     except UnknownNameError:
         pass  # told when its addresses are looked for
     if start != 0.0:

@@ -101,3 +101,26 @@ def test_diagnose_reads_an_archive(campaign, tmp_path, monkeypatch):
     assert main(["pack", str(campaign), "--out", str(target)]) == 0
     assert main(["diagnose", str(target), "--out", str(tmp_path / "out")]) == 2
     assert seen == [["run0", "run1"]]
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "told"),
+    [
+        ("campaign.toml", "accept = []", "bogus = 1", "one.zip/campaign.toml: unknown key 'bogus'"),
+        ("effects.toml", 'address = "o.k3"', 'address = "o.k4"', "one.zip/effects.toml: effect cubic_spring: no comp"),
+        ("campaign.toml", 'connector = "o.u"', 'connector = "o.w"', "one.zip/campaign.toml: channel 'u': no connector"),
+    ],
+)
+def test_messages_name_files_as_in_the_archive(campaign, tmp_path, capsys, name, old, new, told):
+    """And not where they are unpacked for the moment; those of catalogues, too, that do not fit the model."""
+    assert main(["pack", str(campaign), "--out", str(tmp_path / "whole.zip")]) == 0
+    with zipfile.ZipFile(tmp_path / "whole.zip") as source, zipfile.ZipFile(tmp_path / "one.zip", "w") as target:
+        for entry in source.namelist():
+            text = source.read(entry)
+            if entry == name:
+                assert text.count(old.encode()) == 1
+                text = text.replace(old.encode(), new.encode())
+            target.writestr(entry, text)
+    capsys.readouterr()
+    assert main(["check", str(tmp_path / "one.zip"), "--out", str(tmp_path / "out")]) == 2
+    assert f"cosim-gap: {tmp_path}/{told}" in capsys.readouterr().err
