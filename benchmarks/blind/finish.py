@@ -3,9 +3,9 @@
     python -m benchmarks.blind.finish --seed 1 --cases 150 --records RECORDS.jsonl --answers ANSWERS.jsonl --out DIR
         --package build/deepsea_0km.ssp [--command COSIM-GAP] [--processes 2]
 
-What is done is in both files at once, so it can be stopped at any time and goes on where nothing but these two is left.
-With --command another installation diagnoses, as that of the commit which a report is of. Nothing is shown of what the
-cases are.
+What is done or failed is in both files at once, so it can be stopped at any time and goes on where nothing but these
+two is left. With --command another installation diagnoses, as that of the commit which a report is of. Nothing is shown
+of what the cases are.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ALONE = ["--processes", "1", "--no-report", "--quiet"]
 
 
 def one(
-    seed: int, index: int, answer: dict[str, Any] | None, out: Path, package: Path, command: str
+    seed: int, index: int, answer: dict[str, Any] | None, out: Path, package: Path, command: str, timeout: float
 ) -> tuple[dict[str, Any], str]:
     """Make and diagnose a case; its sealed answer, and what went wrong or ""."""
     if answer is None:
@@ -34,7 +34,7 @@ def one(
     else:
         write_again(answer, out, package)
     name = f"case_{index:04d}"
-    _, _, fault = diagnose([command, *ALONE], out / name, out / "diagnoses" / name, 7200.0)
+    _, _, fault = diagnose([command, *ALONE], out / name, out / "diagnoses" / name, timeout)
     return answer, fault
 
 
@@ -48,16 +48,17 @@ def main() -> None:
     p.add_argument("--out", type=Path, required=True)
     p.add_argument("--package", type=Path, required=True, help="package that the diagnosis is to use")
     p.add_argument("--command", default=default_command(), help="the diagnosis (default: cosim-gap)")
+    p.add_argument("--timeout", type=float, default=1800.0, help="longest time for one diagnosis, s")
     p.add_argument("--processes", type=int, default=2, help="cases at the same time")
     options = p.parse_args()
     lines = options.answers.read_text("utf-8").splitlines() if options.answers.exists() else []
     answers = {made["case"]: made for made in map(json.loads, lines)}
     known = records.load(options.records) if options.records.exists() else []
-    done = {r.answer["case"] for r in known if r.diagnosis is not None}
+    done = {r.answer["case"] for r in known}
     todo = [k for k in range(options.cases) if k not in done]
     print(f"{len(done)} of {options.cases} are done", flush=True)
     with ProcessPoolExecutor(options.processes) as pool:
-        place = options.out, options.package, options.command
+        place = options.out, options.package, options.command, options.timeout
         futures = {pool.submit(one, options.seed, k, answers.get(k), *place): k for k in todo}
         for count, future in enumerate(as_completed(futures), 1):
             k, (answer, fault) = futures[future], future.result()

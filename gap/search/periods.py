@@ -30,7 +30,9 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
     settings, search = problem.settings.search, _OneRun(problem, x, point)
     u, window = search.smoothed_minimum(), search.begin + settings.period_window
     spacing = x.shift(u, window, settings.period_spacing)
-    count = int(settings.period_range * abs(x.value(u) / x.scale) / spacing)
+    if not spacing:
+        return u
+    count = min(int(settings.period_range * abs(x.value(u) / x.scale) / spacing), settings.period_trials // 2)
     tried = [u + k * spacing for k in range(-count, count + 1)]
     while True:
         window = min(window, search.end)

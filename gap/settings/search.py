@@ -165,6 +165,9 @@ class SearchSettings:
     is the whole run."""
     period_spacing: float = 0.1
     """Part of a period by which the end of a stretch shifts from one trial to the next."""
+    period_trials: int = 400
+    """Trials over the first stretch at the most. A period of 30 ms takes as many; one of 1 ms would take ten thousand,
+    and half an hour, so it is looked for less far beside the size that serves best on the average."""
     period_difference: float = 0.05
     """Part of a period by which it shifts in a difference."""
     motion_threshold: float = 5.0

@@ -44,6 +44,22 @@ def test_a_period_is_found_from_beside_it(beside):
     assert abs(0.01 * u - TRUE) < TRUE**2 / END / 16.0, "a sixteenth of a turn at the end of the run"
 
 
+@pytest.mark.parametrize("high", [0.002, 0.02])
+def test_a_short_period_takes_no_more_trials_than_a_long_one(high):
+    """It comes again so often that its minima are a ten-thousandth apart: hours, for what a delay does as well."""
+    tried = []
+
+    def counted(p):
+        tried.append(p)
+        return machine(p)
+
+    short = EffectCandidate("held", "held", "timing", (period(high=high),))
+    p, _ = posed(counted, {"late": 0.3, "a": 0.2}, [short, LATE], noise=0.005)
+    tried.clear()
+    find_period(p, short.main, {"a": 0.2, "held": 10.0 * high})
+    assert 100 < len(tried) < 1.3 * p.settings.search.period_trials
+
+
 def test_a_fit_does_not_find_it_from_there():
     """Why it is looked for: pits lie 0.8 % apart."""
     p, columns = posed(machine, {"held": 100.0 * TRUE}, [HELD], noise=0.005)
