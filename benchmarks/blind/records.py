@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-ANSWER = ("case", "seed", "edition", "kind", "size")
+ANSWER = ("case", "seed", "edition", "kind", "size", "swinging")
 EFFECT = ("id", "group", "alike", "channel", "form", "size", "size_net", "library")
 BUDGET = ("calibrated", "shares")
 HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")

@@ -10,10 +10,12 @@ from .drawers import DRAWERS
 SHARES = (
     ("false_alarms", "false alarms: an effect is said where nothing is", "<= 3 %"),
     ("recall", "recall: effects of 10 % and more, up to the group", ">= 95 %"),
+    ("recall_swinging", "  of these where the machine swings", ">= 95 %"),
     ("precision", "precision: effects said, up to the group", ">= 90 %"),
     ("precision_known", "  of these where the catalogue has the effects", ""),
     ("exact_single", "exact set, one effect of 2 floors or more", ">= 85 %"),
     ("exact_several", "exact set, two or three of 2 floors or more", ">= 70 %"),
+    ("exact_swinging", "exact set of 2 floors or more where the machine swings", ">= 85, 70 %"),
     ("unexplained_largest", "outside the catalogue: unexplained is the largest part", ">= 90 %"),
     ("named_outside", "  of these with an effect said", ""),
     ("coverage", "95 % intervals of parameters that cover", "90 to 98 %"),

@@ -45,14 +45,17 @@ def score(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     clear = [o for o in known if o.true.size >= CLEAR]
     pairs = [pair for o in outcomes for pair in o.probabilities]
     gaps = [gap for o in known if (gap := o.search_gap) is not None]
+    swinging = [o for o in known if o.true.swinging]
     return {
         "cases": len(outcomes),
         "failed": sum(o.said.failed for o in outcomes),
         "false_alarms": share(o.false_alarm for o in none),
         "recall": share(hit for o in known for _, hit in o.hits),
+        "recall_swinging": share(hit for o in swinging for _, hit in o.hits),
         "precision": share(right for o in outcomes for right in o.rights),
         "precision_known": share(right for o in known for right in o.rights),
         "exact_single": share(o.exact for o in clear if len(o.true.effects) == 1),
+        "exact_swinging": share(o.exact for o in swinging if o.true.size >= CLEAR),
         "exact_several": share(o.exact for o in clear if len(o.true.effects) > 1),
         "share_error": quantiles([abs(s.said - s.true) for o in outcomes for s in o.shares], (0.5, 0.9)),
         "unexplained_largest": share(o.unexplained_largest for o in budgets),

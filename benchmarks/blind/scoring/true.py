@@ -37,6 +37,8 @@ class Truth:
     effects: tuple[TrueEffect, ...]
     size: float
     left: float | None
+    swinging: bool = False
+    """Whether the machine swings by itself, where `benchmarks.blind.swinging` has looked."""
 
     @classmethod
     def of(cls, answer: dict[str, Any]) -> Truth:
@@ -44,7 +46,7 @@ class Truth:
         entries = answer["effects"]
         shares, left = _budget(answer)
         effects = tuple(_effect(e, s, answer) for e, s in zip(entries, shares, strict=True))
-        return cls(answer["kind"], effects, float(answer["size"]), left)
+        return cls(answer["kind"], effects, float(answer["size"]), left, bool(answer.get("swinging")))
 
     @property
     def known(self) -> bool:
