@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from .finish import ALONE
 from .records import Record, load
-from .run import default_command, diagnose
+from .run import ALONE, TIMEOUT, cases_in, default_command, diagnose
 from .scoring.outcome import outcomes
 from .scoring.table import score
 
@@ -107,12 +106,12 @@ def main() -> None:
     p.add_argument("--cases", type=int, help="only the first so many")
     p.add_argument("--only", default=",".join(PARTS), help="parts to leave out, by commas (default: each in turn)")
     p.add_argument("--processes", type=int, default=2, help="cases at the same time")
-    p.add_argument("--timeout", type=float, default=1800.0, help="longest time for one diagnosis, s")
+    p.add_argument("--timeout", type=float, default=TIMEOUT, help="longest time for one diagnosis, s")
     options = p.parse_args()
     parts = list(dict.fromkeys([WHOLE, *options.only.split(",")]))
     if unknown := sorted(set(parts) - set(PARTS)):
         p.error(f"--only: no part '{unknown[0]}'; there are {', '.join(PARTS)}")
-    cases = sorted(path.parent for path in options.folder.glob("case_*/campaign.toml"))[: options.cases]
+    cases = cases_in(options.folder, options.cases)
     todo = [
         (part, case) for case in cases for part in parts
         if not (place(options.folder, part) / case.name / "diagnosis.json").exists()

@@ -19,10 +19,7 @@ from typing import Any
 
 from . import records
 from .generate import write_again, write_case
-from .run import default_command, diagnose
-
-ALONE = ["--processes", "1", "--no-report", "--quiet"]
-"""Options of a diagnosis beside others."""
+from .run import ALONE, TIMEOUT, default_command, diagnose
 
 
 def one(
@@ -48,7 +45,7 @@ def main() -> None:
     p.add_argument("--out", type=Path, required=True)
     p.add_argument("--package", type=Path, required=True, help="package that the diagnosis is to use")
     p.add_argument("--command", default=default_command(), help="the diagnosis (default: cosim-gap)")
-    p.add_argument("--timeout", type=float, default=1800.0, help="longest time for one diagnosis, s")
+    p.add_argument("--timeout", type=float, default=TIMEOUT, help="longest time for one diagnosis, s")
     p.add_argument("--processes", type=int, default=2, help="cases at the same time")
     options = p.parse_args()
     lines = options.answers.read_text("utf-8").splitlines() if options.answers.exists() else []
@@ -65,9 +62,10 @@ def main() -> None:
             if k not in answers:
                 with options.answers.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(answer) + "\n")
-            made = records.load(options.out)
-            records.merge(options.records, [r for r in made if r.answer["case"] == k])
-            print(f"{time.strftime('%H:%M:%S')} case_{k:04d} {fault or 'done'}, {len(todo) - count} left", flush=True)
+            told = f"case_{k:04d}"
+            made = records.one(options.out / "answers" / f"{told}.json", options.out / "diagnoses" / told)
+            records.merge(options.records, [made])
+            print(f"{time.strftime('%H:%M:%S')} {told} {fault or 'done'}, {len(todo) - count} left", flush=True)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ score can be recomputed without the hours of the diagnoses, and a benchmark may 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -47,11 +48,15 @@ def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> l
     made = []
     for path in sorted((place / "answers").glob("case_*.json")):
         told = (diagnoses or place / "diagnoses") / path.stem
-        file = told / "diagnosis.json"
-        if file.exists() or missing or (told / "failed.txt").exists():
-            answer, oracle = json.loads(path.read_text("utf-8")), _read(told / "oracle.json")
-            made.append(Record(path.stem, answer, _read(file), oracle))
+        if missing or (told / "diagnosis.json").exists() or (told / "failed.txt").exists():
+            made.append(one(path, told))
     return made
+
+
+def one(answer: Path, told: Path) -> Record:
+    """A case by the file of its answer and the folder of its diagnosis."""
+    sealed = json.loads(answer.read_text("utf-8"))
+    return Record(answer.stem, sealed, _read(told / "diagnosis.json"), _read(told / "oracle.json"))
 
 
 def _read(file: Path) -> Any:
@@ -68,7 +73,9 @@ def merge(file: Path, fresh: Iterable[Record]) -> None:
         if record.oracle is not None:
             row["oracle"] = {key: _some(record.oracle[key], FIT) for key in ("true", "said") if key in record.oracle}
         lines.append(json.dumps(_rounded(row), separators=(",", ":")))
-    file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    fresh_file = file.with_name(f"{file.name}.new")  # hours stand in the old one, and this may be killed
+    fresh_file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    os.replace(fresh_file, file)
 
 
 def _some(entry: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:

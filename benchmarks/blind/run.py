@@ -22,6 +22,18 @@ def default_command() -> str:
     return str(beside) if beside.exists() else "cosim-gap"
 
 
+ALONE = ("--processes", "1", "--no-report", "--quiet")
+"""Options of a diagnosis beside others."""
+
+TIMEOUT = 1800.0
+"""Longest time for one case, unless another one is asked for [s]."""
+
+
+def cases_in(folder: Path, count: int | None = None) -> list[Path]:
+    """The folders of the cases, or of the first so many."""
+    return sorted(path.parent for path in folder.glob("case_*/campaign.toml"))[:count]
+
+
 def diagnose(command: list[str], case: Path, out: Path, timeout: float) -> tuple[str, float, str]:
     """Diagnose one case; returns its name, the wall time (s) and what went wrong, or an empty text."""
     out.mkdir(parents=True, exist_ok=True)
@@ -54,13 +66,13 @@ def main() -> int:
     p.add_argument("--out", type=Path, help="folder for the diagnoses (default: FOLDER/diagnoses)")
     p.add_argument("--command", default=default_command(), help="the diagnosis (default: cosim-gap)")
     p.add_argument("--limit-minutes", type=float, default=float("inf"), help="start no case after this time")
-    p.add_argument("--timeout", type=float, default=1800.0, help="longest time for one case, s")
+    p.add_argument("--timeout", type=float, default=TIMEOUT, help="longest time for one case, s")
     p.add_argument("--processes", type=int, default=1, help="cases at the same time")
     p.add_argument("--cases", type=int, help="only the first so many cases")
     p.add_argument("--option", action="append", default=[], help="further option of the diagnosis, may be repeated")
     options = p.parse_args()
     out = options.out or options.folder / "diagnoses"
-    cases = sorted(path.parent for path in options.folder.glob("case_*/campaign.toml"))[: options.cases]
+    cases = cases_in(options.folder, options.cases)
     if not cases:
         p.error(f"{options.folder}: holds no cases")
     todo = [case for case in cases if not (out / case.name / "diagnosis.json").exists()]

@@ -28,12 +28,15 @@ A third party makes its own effects known to the diagnosis by writing such a fil
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
 import numpy as np
+
+from ...core.errors import CosimError
 
 
 @dataclass(frozen=True)
@@ -223,10 +226,15 @@ class Catalogue:
     source: str = field(default="", compare=False, repr=False)
     """What it was read from."""
 
-    @property
-    def told_of(self) -> str:
-        """What messages about its entries begin with."""
-        return f"{self.source}: " if self.source else ""
+    @contextmanager
+    def named_in_errors(self) -> Iterator[None]:
+        """Around what its entries are used for: errors then begin with what it was read from."""
+        try:
+            yield
+        except CosimError as error:
+            if self.source:
+                error.args = (f"{self.source}: {error}",)
+            raise
 
     def effect(self, id: str) -> Effect | None:
         """The effect of that id."""

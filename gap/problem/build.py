@@ -67,8 +67,9 @@ def build_problem(
     accepted = tuple(c.as_accepted() for c in possible if c.id in campaign.accept)
     candidates = tuple(c for c in possible if c.id not in campaign.accept)
     base = (*base, *(x for c in accepted for x in c.parameters))
-    for name in catalogue.estimation:
-        addresses_of(name, runs[0].values, f"{catalogue.told_of}estimation")
+    with catalogue.named_in_errors():
+        for name in catalogue.estimation:
+            addresses_of(name, runs[0].values, "estimation")
     discretisation = Discretisation(macro_step, difference_step=settings.numerics.difference_steps[0])
     return Problem(
         campaign, catalogue, Simulator(pool, stop, settings.numerics.kept), discretisation, runs, observations,
@@ -99,14 +100,16 @@ def _read_package(campaign: Campaign, catalogue: Catalogue, session: Session) ->
     signals = frozenset(f"{c}.{n}" for c, n in (*session.system.outputs, *session.system.inputs))
     start, step = session.structure.start_time, session.structure.step_size
     runs = tuple(_conditions(campaign, run, session, units) for run in campaign.runs)
-    check_catalogue(catalogue, session)
+    with catalogue.named_in_errors():
+        check_catalogue(catalogue, session)
     _check_accepted(campaign, catalogue)
-    try:
-        session.values(catalogue.estimation)
-    except ParameterError as error:
-        raise CampaignError(f"{catalogue.told_of}estimation: {error}") from None
-    except UnknownNameError:
-        pass  # told when its addresses are looked for
+    with catalogue.named_in_errors():
+        try:
+            session.values(catalogue.estimation)
+        except ParameterError as error:
+            raise CampaignError(f"estimation: {error}") from None
+        except UnknownNameError:
+            pass  # told when its addresses are looked for
     if start != 0.0:
         raise UsageError(f"{campaign.system.name}: starts at {start:g} s; a diagnosis needs a start at 0 s")
     return _Package(units, parameter_units, signals, step, session.structure.stop_time, runs)

@@ -71,8 +71,9 @@ def _tolerances(
 ) -> dict[tuple[str, ...], BaseTolerance]:
     """Tolerance by addresses; those of the campaign count."""
     tolerances: dict[tuple[str, ...], BaseTolerance] = {}
-    for b in catalogue.base:
-        tolerances[addresses_of(b.parameter, values, f"{catalogue.told_of}base {b.parameter}")] = b.tolerance
+    with catalogue.named_in_errors():
+        for b in catalogue.base:
+            tolerances[addresses_of(b.parameter, values, f"base {b.parameter}")] = b.tolerance
     for name, tolerance in campaign.base.items():
         tolerances[addresses_of(name, values, f"{campaign.file}: base {name}")] = tolerance
     listed = [a for addresses in tolerances for a in addresses]
@@ -157,7 +158,7 @@ def _sensor_parameter(
 
 def check_catalogue(catalogue: Catalogue, session: Session) -> None:
     """Every entry has to be of the package, and its values such that the FMUs take them; nothing is found out later."""
-    parameters, told_of = session.values(), catalogue.told_of
+    parameters = session.values()
 
     def check_values(entry: str, address: str, values: Iterable[float]) -> None:
         if any(isinstance(parameters[a], (bool, str)) for a in addresses_of(address, parameters, entry)):
@@ -171,27 +172,25 @@ def check_catalogue(catalogue: Catalogue, session: Session) -> None:
     for effect in catalogue.effects:
         for p in effect.all_parameters:
             for address in (p.address, *p.also):
-                check_values(f"{told_of}effect {effect.id}", address, (p.low, p.high))
+                check_values(f"effect {effect.id}", address, (p.low, p.high))
             for address in p.also:
                 if parameters[address] != parameters[p.address]:
                     raise CampaignError(
-                        f"{told_of}effect {effect.id}: 'also' is for what takes the same value, and '{p.address}' "
+                        f"effect {effect.id}: 'also' is for what takes the same value, and '{p.address}' "
                         f"stands at {parameters[p.address]} in the package, '{address}' at {parameters[address]}"
                     )
     for c in catalogue.curves:
-        _check_curve(c, f"{told_of}curve {c.id}", session, check_values)
+        _check_curve(c, session, check_values)
     for e in catalogue.experiments:
-        check_values(f"{told_of}experiment {e.parameter}", e.parameter, e.values)
+        check_values(f"experiment {e.parameter}", e.parameter, e.values)
     for m in catalogue.measurables:
-        connector_of(f"{told_of}measurable {m.connector}", session, m.connector)
+        connector_of(f"measurable {m.connector}", session, m.connector)
     for region in catalogue.regions:
-        connector_of(f"{told_of}region '{region.text}'", session, region.signal)
+        connector_of(f"region '{region.text}'", session, region.signal)
 
 
-def _check_curve(
-    curve: Curve, entry: str, session: Session, check_values: Callable[[str, str, Iterable[float]], None]
-) -> None:
-    parameters = session.values()
+def _check_curve(curve: Curve, session: Session, check_values: Callable[[str, str, Iterable[float]], None]) -> None:
+    entry, parameters = f"curve {curve.id}", session.values()
     for address in (*curve.parameters, *filter(None, [curve.knots_of]), *curve.names.values()):
         if address not in parameters:
             hint = did_you_mean(address, list(parameters))

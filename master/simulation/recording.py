@@ -22,6 +22,12 @@ from ..system.system import System
 BLOCK, BLOCK_BYTES = 1000, 1 << 26
 """Rows that are held in memory at most, and their size: those of thousands of columns are fewer."""
 
+
+def rows_in_memory(width: int) -> int:
+    """How many rows of so many numbers are held at a time."""
+    return min(BLOCK, max(1, BLOCK_BYTES // (8 * max(1, width))))
+
+
 SAMPLE, SAMPLE_BYTES = 4000, 1 << 26
 """Points of the thinned sample, and their size likewise; it may have twice as many."""
 
@@ -52,7 +58,7 @@ class Recording:
         """Of the result file."""
         self._writer: Writer | None = open_writer(file, self.columns) if file else None
         width = len(layout.outputs) + len(layout.inputs)
-        self._block = min(BLOCK, max(1, BLOCK_BYTES // (8 * max(1, width))))
+        self._block = rows_in_memory(width)
         self._rows = np.zeros((self._block + 1, width))
         self._times = np.zeros(self._block + 1)
         self._filled = 0

@@ -9,9 +9,7 @@ import numpy as np
 from ...core.errors import SimulationError, UsageError, did_you_mean
 from ..engine.runner import Runner
 from ..engine.values import REAL, Signal
-
-BLOCK = 4096
-"""Steps that are taken at a time: rows of all of them have to fit into memory, and Ctrl-C is heard between."""
+from .recording import rows_in_memory
 
 ENDLESS = 2**40
 """Steps of a run without an end: more than anybody takes."""
@@ -61,8 +59,9 @@ class SteppedRun:
             if not np.isfinite(value):
                 raise UsageError(f"'{name}' = {value} is not finite")
             self._held[name] = float(value)
-        for left in range(int(count), 0, -BLOCK):
-            self._take(min(left, BLOCK))
+        block = rows_in_memory(self._runner.width)  # Ctrl-C is heard between two
+        for left in range(int(count), 0, -block):
+            self._take(min(left, block))
         values = self.values()
         if not np.isfinite(values).all():
             wrong = self._signals[int(np.argmax(~np.isfinite(values)))].address
