@@ -47,9 +47,9 @@ def supply_rates(y: object, Q_p: float, P_p: float, P_pump: float, Pt: float, c:
     """Write the rates of the supply's states into f.
 
     A pressure-compensated pump follows, with a lag, a demand that falls from all it can to nothing over the last
-    `droop` of its pressure; a relief valve opens 10 % above that. Without one the pump is that of the plain machine,
-    which holds the relief pressure and gives at most its flow. The hose in between is one lump: inertia, laminar
-    friction, and its oil at port p.
+    `droop` of its pressure, which falls with a power of the flow; a relief valve opens 10 % above that. Without one the
+    pump is that of the plain machine, which holds the relief pressure and gives at most its flow. The hose in between
+    is one lump: inertia, laminar friction, and its oil at port p.
     """
     z, rate, supply, p_set, beta = further(y, c), further(f, c), c.supply, c.relief.p_set, c.oil.beta
     soft = modulus_factor(P_p, beta, c) * beta / supply.volume
@@ -63,10 +63,12 @@ def supply_rates(y: object, Q_p: float, P_p: float, P_pump: float, Pt: float, c:
         if z.Q_hose >= c.pump.flow and rate.Q_hose > 0.0:
             rate.Q_hose = 0.0
         return
-    asked = c.pump.flow * min(max((p_set - (P_pump - Pt)) / (c.effect.pump_dynamics.droop * p_set), 0.0), 1.0)
+    pump = c.effect.pump_dynamics
+    fallen = min(max((p_set - (P_pump - Pt)) / (pump.droop * p_set), 0.0), 1.0)
+    asked = c.pump.flow * (fallen if pump.power == 1.0 else fallen ** (1.0 / pump.power))
     back = spilled(y, P_pump, Pt, c)
     rate.Q_pump = (asked - z.Q_pump) / supply.lag
-    at_pump = c.oil.beta / c.effect.pump_dynamics.volume * modulus_factor(P_pump, beta, c) * (z.Q_pump - back - taken)
+    at_pump = c.oil.beta / pump.volume * modulus_factor(P_pump, beta, c) * (z.Q_pump - back - taken)
     if supply.inertance > 0.0:
         rate.p_pump = at_pump
     else:

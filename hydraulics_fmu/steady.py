@@ -169,7 +169,8 @@ def rest_further(y: object, F_hold: float, c: object) -> None:
     z, P_p = further(y, c), s.p_t + c.relief.p_set
     taken = port_flows(s.spool, s.p_a, s.p_b, s.p_t, P_p, c)[2]
     if c.supply.lag > 0.0:
-        P_p -= c.effect.pump_dynamics.droop * c.relief.p_set * taken / c.pump.flow
+        pump = c.effect.pump_dynamics
+        P_p -= pump.droop * c.relief.p_set * (max(taken, 0.0) / c.pump.flow) ** pump.power
     eta = viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
     z.p_pump, z.Q_hose, z.Q_pump = P_p, taken, taken
     z.p_p = P_p - c.supply.resistance * eta * taken

@@ -243,7 +243,7 @@ def _moves(problem: Problem, pair: _Pair) -> list[_Move]:
         for x in ranked.hypothesis.fit.parameters:
             if x.in_every_set and (0, x.name) in moves:
                 continue
-            by = wide_step(x, point[x.name], settings.derivative_step, settings.period_difference)
+            by = wide_step(x, point[x.name], settings)
             moves[k, x.name] = _Move(k, x.name, by, {**point, x.name: point[x.name] + by})
     return list(moves.values())
 

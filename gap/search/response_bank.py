@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
+from ..problem.curves import CurveForm
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
 from ..settings import SearchSettings
-from .sizes import grid, resized, second_size, starts_of_shapes, usual_sizes, variants
+from .sizes import grid, is_frequency, resized, second_size, starts_of_shapes, usual_sizes, variants
 
 Variant = tuple[EffectCandidate, Mapping[str, float]]
 """An effect with values of its parameters, by name."""
@@ -90,11 +92,59 @@ def bank_of_usual_sizes(
 
 
 def complete_bank(problem: Problem, bank: ResponseBank) -> ResponseBank:
-    """A bank of usual sizes with the second ones, and all sizes of what has shown nothing."""
-    first = _first_variants(problem, bank)
-    second = _second_variants(problem, bank, first)
-    bank = add_responses(problem, bank, second)
-    return add_responses(problem, bank, _further_variants(problem, bank, [*first, *second]))
+    """A bank of usual sizes with the second ones, all sizes of what has shown nothing, and effects in other forms."""
+    run_variants = _first_variants(problem, bank)
+    second = _second_variants(problem, bank, run_variants)
+    bank, run_variants = add_responses(problem, bank, second), [*run_variants, *second]
+    further = _further_variants(problem, bank, run_variants)
+    bank, run_variants = add_responses(problem, bank, further), [*run_variants, *further]
+    for _ in range(problem.settings.search.threshold_rounds):
+        between_sizes = _threshold_variants(problem, bank, run_variants)
+        bank, run_variants = add_responses(problem, bank, between_sizes), [*run_variants, *between_sizes]
+    return add_responses(problem, bank, _form_variants(problem, bank))
+
+
+def _left(problem: Problem, bank: ResponseBank) -> float:
+    """Normalised RMS of what is left at the bank's point, beyond the noise."""
+    return float(np.sqrt(max(rms(problem.observations.whiten(bank.model)) ** 2 - 1.0, 0.0)))
+
+
+def _threshold_variants(problem: Problem, bank: ResponseBank, run_variants: Sequence[Variant]) -> list[Variant]:
+    """Between two sizes of which one does less and one more than what is left, by far more than in proportion: the size
+    at which the effect is expected to do as much. A valve that holds the load does nothing up to a pressure and stops
+    the machine at twice of it; neither, scaled, looks like what it does between."""
+    settings, left, between_sizes = problem.settings.search, _left(problem, bank), list[Variant]()
+    run = [Response(c, values, np.zeros(1)) for c, values in run_variants if values]
+    change = {(x.candidate.label, x.shape, x.size): rms(x.change) for x in bank.responses}
+    for places in families(run):
+        for small, large in pairwise(run[k] for k in places):
+            below, above = (change.get((x.candidate.label, x.shape, x.size), 0.0) for x in (small, large))
+            ratio = large.size / small.size
+            if not below < left < above or ratio < settings.threshold_width:
+                continue
+            steepness = np.log(above / max(below, settings.min_response_rms)) / np.log(ratio)
+            if steepness > settings.threshold_steepness:
+                way = np.clip(np.log(above / left) / steepness / np.log(ratio), *settings.threshold_way)
+                size = large.size * float(ratio**-way)
+                between_sizes.append((large.candidate, resized(large.candidate, large.values, size)))
+    return between_sizes
+
+
+def _form_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
+    """Effects in another form at their usual size, each parameter of the form where it is farthest from the plain one:
+    pressure that sinks slowly looks like nothing that pressure lower from the start explains, so the plain form would
+    never come in for its other ones to be tried."""
+    settings, labels = problem.settings.search, {c.label for c in bank.candidates}
+    in_forms: list[Variant] = []
+    for c in problem.candidates:
+        if c.label in labels or c.form is not None or len(starts_of_shapes(c)) > settings.shapes:
+            continue
+        plain = variants(c, usual_sizes(c.main, settings), settings)[:: len(starts_of_shapes(c))]
+        for form in (f for f in c.forms if not isinstance(f, CurveForm)):
+            neutral = {x.name: 0.0 for x in form.parameters}
+            farthest = [{**neutral, x.name: max(x.starts, key=abs)} for x in form.parameters if x.starts]
+            in_forms += [(c.in_form(form), {**values, **at}) for values in plain for at in farthest]
+    return in_forms
 
 
 def _first_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
@@ -112,7 +162,7 @@ def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequenc
     """Each of these effects at a second size; a sensor's have been run at all, those that show next to nothing will be,
     and those with many starts of their shapes, such as frequencies, are run at the usual size alone."""
     settings = problem.settings.search
-    gap = np.sqrt(max(rms(problem.observations.whiten(bank.model)) ** 2 - 1.0, 0.0))
+    gap = _left(problem, bank)
     change = {(x.candidate.label, *x.values.values()): rms(x.change) for x in bank.responses}
     second: list[Variant] = []
     for c, values in run_variants:
@@ -168,9 +218,7 @@ def begin_bank(
 ) -> ResponseBank:  # fmt: skip
     """A bank without responses yet: the derivatives by base parameters and the point's own effects."""
     parameters = (*problem.base, *(x for c in candidates for x in c.parameters))
-    share = problem.settings.search.derivative_step
-    turn = problem.settings.search.period_difference
-    steps = [wide_step(x, point.get(x.name, 0.0), share, turn) for x in parameters]
+    steps = [wide_step(x, point.get(x.name, 0.0), problem.settings.search) for x in parameters]
     shifted = zip(parameters, steps, strict=True)
     points = [{**point, x.name: point.get(x.name, 0.0) + h} for x, h in shifted]
     jacobian = np.zeros((len(coarse), len(parameters)))
@@ -200,9 +248,10 @@ def point_with(point: Point, candidate: EffectCandidate, values: Mapping[str, fl
     return {**{name: u for name, u in point.items() if name not in names}, **values}
 
 
-def wide_step(x: EstimatedParameter, u: float, share: float, turn: float) -> float:
+def wide_step(x: EstimatedParameter, u: float, settings: SearchSettings) -> float:
     """A step for a derivative at u that stays in the range: a share of a base parameter's scale or an effect's size; of
-    a period, what shifts a run's end by that part of a turn."""
-    h = min(share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1)), x.longest_difference(u, turn))
+    a frequency a small one, for a run has many cycles; of a period, what shifts a run's end by some part of a turn."""
+    share = settings.frequency_difference if is_frequency(x) else settings.derivative_step
+    h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
+    h = min(h, x.longest_difference(u, settings.period_difference))
     return h if u + h <= x.high else -h
-

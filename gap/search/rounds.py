@@ -12,11 +12,12 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SCORING
+from .frequencies import add_frequencies
 from .polish import polish
 from .removal import drop_effects, falls_behind, predict_without
 from .response_bank import ResponseBank, bank_of_usual_sizes, complete_bank
 from .sets import Proposal, propose_sets, shares_alone
-from .starts import fit_proposals
+from .starts import fit_disappointing, fit_proposals
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +60,11 @@ def run_quick_round(
     there."""
     settings = problem.settings.search
     bank = complete_bank(problem, bank or _bank_at(problem, incumbent))
+    bank = add_frequencies(problem, bank, nuisance_jacobian)
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
     chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
     hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)
+    hypotheses += fit_disappointing(problem, bank, chosen, hypotheses, nuisance_jacobian)
     hypotheses = sorted(_without_idle(problem, hypotheses), key=search_cost)
     return Round(tuple(hypotheses), shares_alone(problem, bank, nuisance_jacobian))
 

@@ -31,6 +31,10 @@ class Proposal:
     candidates: tuple[EffectCandidate, ...]
     point: Point
     cost: float
+    left: float = 0.0
+    """Normalised RMS that it is expected to leave there."""
+    as_run: Point | None = None
+    """The bank's point with the effects at the sizes that were run."""
 
     @property
     def labels(self) -> frozenset[str]:
@@ -59,12 +63,14 @@ class ProjectedBank:
         r = np.concatenate([r, -u / sd])
         D = np.concatenate([D, np.zeros((len(sd), D.shape[1]))])
         self.Q, self.R = np.linalg.qr(A)
-        self.r, self.D = r, D
+        self.r, self.D, self.scale_of_rows, self.scale = r, D, scale, scale * np.sqrt(row_count)
         residual, columns = r - self.Q @ (self.Q.T @ r), D - self.Q @ (self.Q.T @ D)
         self.gram, self.rhs, self.energy = columns.T @ columns, columns.T @ residual, float(residual @ residual)
         is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)
-        self.price = np.where(is_removal, -1.0, 1.0) * SCORING.price
+        self.price = np.where(is_removal, -1.0, 1.0) * [
+            SCORING.price + SCORING.form_price * (x.candidate.form is not None) for x in bank.responses
+        ]
 
     def solve(self, sets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sizes (S, s) that cost least, as multiples of those that were run, and costs (S,), of sets (S, s) of
@@ -73,13 +79,21 @@ class ProjectedBank:
         t, fitted = bounded_minimum(G, self.rhs[sets], self.low[sets], self.high[sets])
         return t, self.energy + fitted + self.price[sets].sum(axis=1)
 
+    def taken_by(self, changes: np.ndarray) -> float:
+        """Squares of what is left that some changes (rows, k) of the model, in any sizes, take."""
+        D = np.concatenate([self.scale_of_rows * changes, np.zeros((len(self.r) - len(changes), changes.shape[1]))])
+        D = D - self.Q @ (self.Q.T @ D)
+        residual = self.r - self.Q @ (self.Q.T @ self.r)
+        sizes, *_ = np.linalg.lstsq(D, residual, rcond=1e-6)
+        return float(sizes @ (D.T @ residual))
+
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
         """A set of responses at sizes t (s,) with the base parameters that go with it."""
         bank = self.bank
         change = sum((x * self.D[:, i] for i, x in zip(chosen, t, strict=True)), np.zeros(len(self.r)))
         shifts = np.linalg.solve(self.R, self.Q.T @ (self.r - change))
         own_reach = self.settings.own_radius
-        point = dict(bank.point)
+        point, as_run = dict(bank.point), dict(bank.point)
         for x, d in zip(bank.parameters, shifts, strict=False):
             u = point.get(x.name, 0.0)
             reach = np.inf if x.kind == "base" else own_reach * max(abs(u), 0.3)
@@ -92,11 +106,14 @@ class ProjectedBank:
                 removed.add(response.candidate.label)
                 for p in response.candidate.parameters:
                     point.pop(p.name, None)
+                    as_run.pop(p.name, None)
             else:
                 added.append(response.candidate)
                 point.update(_scaled(response, float(x)))
+                as_run.update(response.values)
         remaining = [c for c in bank.candidates if c.label not in removed]
-        return Proposal((*remaining, *added), point, cost)
+        squares = max(cost - float(self.price[list(chosen)].sum()), 0.0)
+        return Proposal((*remaining, *added), point, cost, np.sqrt(squares) / self.scale, as_run)
 
 
 def bounded_minimum(

@@ -35,6 +35,46 @@ def fit_proposals(
     return [as_hypothesis(problem, f, quick=True) for f in quick_fits]
 
 
+def fit_disappointing(
+    problem: Problem, bank: ResponseBank, proposals: Sequence[Proposal], fits: Sequence[Hypothesis],
+    nuisance_jacobian: np.ndarray,
+) -> list[Hypothesis]:  # fmt: skip
+    """Fits anew of sets that would be the best by far if their fits had come near what the bank foretold: with
+    derivatives of their own, from the best place between the sizes that were run and the proposal. Friction that stops
+    a joint, or a valve that holds the load, changes what every base parameter does."""
+    settings, left = problem.settings.search, {h.candidates: h.fit.rms for h in fits}
+    least = min(left.values(), default=np.inf)
+    broken = [
+        p for p in proposals
+        if p.candidates and p.as_run is not None and p.left < settings.promise * least
+        and left.get(p.candidates, np.inf) > settings.broken_promise * p.left
+    ]  # fmt: skip
+    broken = _by_turns(sorted(broken, key=lambda p: p.cost))[: settings.fits_anew]
+    mixed = [FitStart(p.candidates, q, bank.correction) for p in broken for q in _between(p.as_run, p.point)]
+    best: dict[tuple[EffectCandidate, ...], Hypothesis] = {}
+    for h in (h for h in hypotheses_at(problem, mixed, nuisance_jacobian) if h is not None):
+        if h.candidates not in best or h.penalised_deviance < best[h.candidates].penalised_deviance:
+            best[h.candidates] = h
+    starts = [FitStart(h.candidates, h.fit.point, bank.correction) for h in best.values()]
+    return [h for h in fit_from(problem, starts, nuisance_jacobian) if h is not None]
+
+
+def _by_turns(proposals: Sequence[Proposal]) -> list[Proposal]:
+    """The first of each size, then the second, and so on."""
+    places: dict[int, int] = {}
+    turns = []
+    for p in proposals:
+        turns.append(places.setdefault(len(p.candidates), 0))
+        places[len(p.candidates)] += 1
+    return [p for _, p in sorted(zip(turns, proposals, strict=True), key=lambda pair: pair[0])]
+
+
+def _between(a: Point | None, b: Point) -> list[Point]:
+    """A point, one half way to another one, and that."""
+    first = dict(a or {})
+    return [first, {name: 0.5 * (first.get(name, 0.0) + u) for name, u in b.items()}, b]
+
+
 def fit_from(
     problem: Problem, starts: Sequence[FitStart], nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis | None]:
@@ -106,7 +146,7 @@ def _start_proposals(
                 quick_fit.jacobian[:, k] = bank.jacobian[:, bank_columns[x.name]]
                 if x.in_every_set:
                     continue
-            h = wide_step(x, float(quick_fit.u[k]), settings.derivative_step, settings.period_difference)
+            h = wide_step(x, float(quick_fit.u[k]), settings)
             points.append({**p.point, x.name: float(quick_fit.u[k] + h)})
             owners.append((len(quick_fits), k, h))
         quick_fits.append(quick_fit)

@@ -37,6 +37,14 @@ class SearchSettings:
     """Normalised RMS of a response at all first sizes below which an effect is run at every size of the grid."""
     min_response_difference: float = 0.1
     """Share of a response by which its smallest and largest first size have to differ, else as above."""
+    threshold_rounds: int = 3
+    """Rounds in which sizes are added where an effect sets in between two that were run."""
+    threshold_steepness: float = 1.5
+    """Power of the size by which a response has to grow from one to the next for that."""
+    threshold_width: float = 1.25
+    """Ratio of two sizes between which there is no further one."""
+    threshold_way: tuple[float, float] = (0.25, 0.75)
+    """Shares of the way from the larger to the smaller one between which it lies, in logarithms."""
     size_rounds: int = 4
     """Rounds in which sizes that the best sets ask for are added to the bank."""
     sets_asking: int = 60
@@ -87,6 +95,12 @@ class SearchSettings:
     """Sets that are fitted in a round."""
     quick_fit_steps: int = 6
     """Quasi-Newton steps of a quick fit."""
+    promise: float = 0.7
+    """Times what the best quick fit leaves; a set that was expected to leave less, and does not, is fitted anew."""
+    broken_promise: float = 1.5
+    """Times that expectation from which its fit has failed it."""
+    fits_anew: int = 6
+    """Sets that are fitted anew in a round, the most promising of each size by turns."""
     initial_trust_radius: float = 0.5
     """Trust radius at its start, as a share of a parameter's value."""
     min_trust_scale: float = 0.6
@@ -146,6 +160,16 @@ class SearchSettings:
     """Share of the baseline's structured energy below which only one further round is run and no shorter step tried."""
     curve_min_energy_share: float = 0.003
     """Share of the same below which no free curve is tried."""
+
+    # frequencies
+    frequency_spacing: float = 0.1
+    """Part of a turn by which the end of a run shifts from one frequency that is tried to the next."""
+    frequency_trials: int = 300
+    """Frequencies between two starts that are tried at the most."""
+    frequency_difference: float = 0.01
+    """Step of a derivative by a frequency, as of others."""
+    frequencies_run: int = 2
+    """The best of them that are run."""
 
     # relatives and periods
     relatives: int = 3

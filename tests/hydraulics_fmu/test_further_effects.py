@@ -159,6 +159,7 @@ def test_lags_follow_their_flow_and_cost_half_the_laminar_loss():
     {"pump_dynamics__T": 0.05, "umbilical_supply__length": 60.0},
     {"umbilical_supply__length": 300.0, "counterbalance_valve__p_set": 8e6},
     {"pump_dynamics__T": 0.02, "filter_clogging__dp": 5e5, "filter_clogging__back": 0.4},
+    {"pump_dynamics__T": 0.02, "pump_dynamics__power": 0.5},
 ], ids=lambda c: " ".join(c))  # fmt: skip
 def test_against_scipy(changes):
     """The same equations with another solver: only the integration can differ."""
@@ -384,6 +385,15 @@ def test_a_compensated_pump_droops_and_lags():
     assert out["Pp"] == pytest.approx(out["Pt"] + 20e6 * (1 - 0.1 * Q / 1.45e-4), rel=1e-3)
     lowest = min(demanded(Effected(**pump, **jump), 1e-2 * n)["Pp"] for n in range(1, 12))
     assert lowest < out["Pp"] < full  # it sags before the pump has come up
+
+
+@pytest.mark.parametrize("power", [0.5, 1.6])
+def test_the_pressure_of_a_compensated_pump_falls_with_a_power_of_its_flow(power):
+    pump = {"pump_dynamics__T": 0.02, "pump_dynamics__droop": 0.1, "pump_dynamics__power": power}
+    out = demanded(Effected(**pump, depth=0.0, command__t_start=0.0, command__ramp_time=0.01), 3.0)
+    Q = out["Qa"]
+    assert 2e-5 < Q < 1.4e-4
+    assert out["Pp"] == pytest.approx(out["Pt"] + 20e6 * (1 - 0.1 * (Q / 1.45e-4) ** power), rel=1e-3)
 
 
 def test_a_long_hose_loses_its_poiseuille_share():
