@@ -36,6 +36,8 @@ class _Swap(NamedTuple):
     point: Point
     rms_left: float
     """Normalised RMS of the residual."""
+    has_period: bool = False
+    """Its size is a period that was looked for: it may be far better than a fit of this set that is known."""
 
 
 def swap_relatives(
@@ -48,6 +50,7 @@ def swap_relatives(
     nearest = _nearest(problem, best, known_labels, nuisance_jacobian)
     if problem.stop_requested:
         return list(hypotheses)
+    known_labels -= {frozenset(c.label for c in s.candidates) for s in nearest if s.has_period}
     fitted = [h for h in _fitted(problem, nearest, best, nuisance_jacobian) if h.labels not in known_labels]
     return best_of_each_set([*hypotheses, *polish_near(problem, fitted, search_cost(best), nuisance_jacobian)])
 
@@ -74,7 +77,7 @@ def _nearest(
 ) -> list[_Swap]:
     """The swaps of the best hypothesis' effects that leave least, without sets that are known, by their labels."""
     swaps = [s for replaced in best.candidates for s in _swaps(problem, best, replaced, nuisance_jacobian)]
-    new = [s for s in swaps if frozenset(c.label for c in s.candidates) not in known_labels]
+    new = [s for s in swaps if s.has_period or frozenset(c.label for c in s.candidates) not in known_labels]
     return sorted(new, key=lambda s: s.rms_left)[: problem.settings.search.relatives]
 
 
@@ -100,9 +103,10 @@ def _fitted(
 def _swaps(
     problem: Problem, best: Hypothesis, replaced: EffectCandidate, nuisance_jacobian: np.ndarray
 ) -> list[_Swap]:
-    """Each relative of an effect in its place, at the size of the grid, and then between, that serves best."""
+    """Each relative of an effect in its place, at the size of the grid, and then between, that serves best; one that is
+    in already may have stood beside it at a wrong size, and do alone."""
     settings = problem.settings.search
-    relatives = [c for c in problem.candidates if c.group == replaced.group and c.label not in best.labels]
+    relatives = [c for c in problem.candidates if c.group == replaced.group and c.label != replaced.label]
     swaps: dict[str, dict[float, _Swap]] = {c.label: {} for c in relatives}
     nearest: dict[str, _Swap] = {}
     trials: list[_Trial] = [(c, v) for c in relatives for v in variants(c, grid(c.main, settings), settings)]
@@ -122,7 +126,7 @@ def _swaps(
         trials = [_trial(s, find_period(problem, s.relative.main, s.point)) for s in periodic]
         for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
             label = swap.relative.label
-            nearest[label] = min(nearest[label], swap, key=lambda s: s.rms_left)
+            nearest[label] = min(nearest[label], swap._replace(has_period=True), key=lambda s: s.rms_left)
     return list(nearest.values())
 
 
@@ -143,5 +147,5 @@ def _simulated(
     for (c, _), point, coarse in zip(trials, points, evaluate_in_batches(problem, points), strict=True):
         if coarse is not None:
             rms_left = rms(profile_nuisances(problem, coarse + best.fit.correction, nuisance_jacobian, 1.0).residual)
-            swaps.append(_Swap((*others, c), c, point, rms_left))
+            swaps.append(_Swap((*(o for o in others if o.label != c.label), c), c, point, rms_left))
     return swaps

@@ -43,6 +43,15 @@ def test_the_others_stay_beside_it():
     assert found[0].fit.point["leak"] == pytest.approx(1.5, abs=0.05)
 
 
+def test_one_that_is_in_at_a_wrong_size_does_alone():
+    p, N = posed(loop, {"delay": 2.9}, ALL)
+    both = stood(p, N, [LAG, DELAY], {"lag": 1.5, "delay": 0.5})
+    assert both.fit.rms > 10.0
+    found = swap_relatives(p, [both], N)
+    assert found[0].ids == ("delay",)
+    assert found[0].fit.point["delay"] == pytest.approx(2.9, abs=0.02)
+
+
 def test_what_stood_by_the_wrong_one_goes_with_it():
     """The leak has nothing to do beside the right effect: the set without it is fitted, too."""
     p, N = posed(loop, {"delay": 2.9}, ALL)
