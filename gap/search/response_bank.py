@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..problem.curves import CurveForm
 from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
@@ -92,7 +91,8 @@ def bank_of_usual_sizes(
 
 
 def complete_bank(problem: Problem, bank: ResponseBank) -> ResponseBank:
-    """A bank of usual sizes with the second ones, all sizes of what has shown nothing, and effects in other forms."""
+    """A bank of usual sizes with the second ones, all sizes of what has shown nothing, and those where effects set
+    in."""
     run_variants = _first_variants(problem, bank)
     second = _second_variants(problem, bank, run_variants)
     bank, run_variants = add_responses(problem, bank, second), [*run_variants, *second]
@@ -101,10 +101,10 @@ def complete_bank(problem: Problem, bank: ResponseBank) -> ResponseBank:
     for _ in range(problem.settings.search.threshold_rounds):
         between_sizes = _threshold_variants(problem, bank, run_variants)
         bank, run_variants = add_responses(problem, bank, between_sizes), [*run_variants, *between_sizes]
-    return add_responses(problem, bank, _form_variants(problem, bank))
+    return bank
 
 
-def _left(problem: Problem, bank: ResponseBank) -> float:
+def rms_left(problem: Problem, bank: ResponseBank) -> float:
     """Normalised RMS of what is left at the bank's point, beyond the noise."""
     return float(np.sqrt(max(rms(problem.observations.whiten(bank.model)) ** 2 - 1.0, 0.0)))
 
@@ -113,7 +113,7 @@ def _threshold_variants(problem: Problem, bank: ResponseBank, run_variants: Sequ
     """Between two sizes of which one does less and one more than what is left, by far more than in proportion: the size
     at which the effect is expected to do as much. A valve that holds the load does nothing up to a pressure and stops
     the machine at twice of it; neither, scaled, looks like what it does between."""
-    settings, left, between_sizes = problem.settings.search, _left(problem, bank), list[Variant]()
+    settings, left, between_sizes = problem.settings.search, rms_left(problem, bank), list[Variant]()
     run = [Response(c, values, np.zeros(1)) for c, values in run_variants if values]
     change = {(x.candidate.label, x.shape, x.size): rms(x.change) for x in bank.responses}
     for places in families(run):
@@ -128,23 +128,6 @@ def _threshold_variants(problem: Problem, bank: ResponseBank, run_variants: Sequ
                 size = large.size * float(ratio**-way)
                 between_sizes.append((large.candidate, resized(large.candidate, large.values, size)))
     return between_sizes
-
-
-def _form_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
-    """Effects in another form at their usual size, each parameter of the form where it is farthest from the plain one:
-    pressure that sinks slowly looks like nothing that pressure lower from the start explains, so the plain form would
-    never come in for its other ones to be tried."""
-    settings, labels = problem.settings.search, {c.label for c in bank.candidates}
-    in_forms: list[Variant] = []
-    for c in problem.candidates:
-        if c.label in labels or c.form is not None or len(starts_of_shapes(c)) > settings.shapes:
-            continue
-        plain = variants(c, usual_sizes(c.main, settings), settings)[:: len(starts_of_shapes(c))]
-        for form in (f for f in c.forms if not isinstance(f, CurveForm)):
-            neutral = {x.name: 0.0 for x in form.parameters}
-            farthest = [{**neutral, x.name: max(x.starts, key=abs)} for x in form.parameters if x.starts]
-            in_forms += [(c.in_form(form), {**values, **at}) for values in plain for at in farthest]
-    return in_forms
 
 
 def _first_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
@@ -162,7 +145,7 @@ def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequenc
     """Each of these effects at a second size; a sensor's have been run at all, those that show next to nothing will be,
     and those with many starts of their shapes, such as frequencies, are run at the usual size alone."""
     settings = problem.settings.search
-    gap = _left(problem, bank)
+    gap = rms_left(problem, bank)
     change = {(x.candidate.label, *x.values.values()): rms(x.change) for x in bank.responses}
     second: list[Variant] = []
     for c, values in run_variants:

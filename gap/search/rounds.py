@@ -12,6 +12,7 @@ from ..problem.parameters import EffectCandidate
 from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from ..settings import SCORING
+from .form_responses import add_forms
 from .frequencies import add_frequencies
 from .polish import polish
 from .removal import drop_effects, falls_behind, predict_without
@@ -60,7 +61,7 @@ def run_quick_round(
     there."""
     settings = problem.settings.search
     bank = complete_bank(problem, bank or _bank_at(problem, incumbent))
-    bank = add_frequencies(problem, bank, nuisance_jacobian)
+    bank = add_forms(problem, add_frequencies(problem, bank, nuisance_jacobian), nuisance_jacobian)
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
     chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
     hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)

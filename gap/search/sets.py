@@ -79,13 +79,20 @@ class ProjectedBank:
         t, fitted = bounded_minimum(G, self.rhs[sets], self.low[sets], self.high[sets])
         return t, self.energy + fitted + self.price[sets].sum(axis=1)
 
+    def best_sizes(self, changes: np.ndarray) -> np.ndarray:
+        """How much of each of some changes (rows, k) of the model takes most of what is left (k,), without bounds."""
+        return self._taking(changes)[0]
+
     def taken_by(self, changes: np.ndarray) -> float:
         """Squares of what is left that some changes (rows, k) of the model, in any sizes, take."""
+        return self._taking(changes)[1]
+
+    def _taking(self, changes: np.ndarray) -> tuple[np.ndarray, float]:
         D = np.concatenate([self.scale_of_rows * changes, np.zeros((len(self.r) - len(changes), changes.shape[1]))])
         D = D - self.Q @ (self.Q.T @ D)
         residual = self.r - self.Q @ (self.Q.T @ self.r)
-        sizes, *_ = np.linalg.lstsq(D, residual, rcond=1e-6)
-        return float(sizes @ (D.T @ residual))
+        sizes = np.linalg.lstsq(D, residual, rcond=1e-6)[0]
+        return sizes, float(sizes @ (D.T @ residual))
 
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
         """A set of responses at sizes t (s,) with the base parameters that go with it."""
