@@ -2,7 +2,7 @@
 
     [[effect]]                      [[effect.parameter]]                [[base]]
     id, text, group                 address, neutral, bounds, prior     parameter, tolerance
-                                    also, shape, starts, period
+                                    also, shape, starts, period, frequency
 
     [[effect.form]]                 [[effect.form.parameter]]
     id, text                        address, neutral, bounds, prior, also, starts
@@ -58,6 +58,8 @@ class Parameter:
     period: bool = False
     """Whether it is a time after which something comes again [s], so that a small change of it shifts what is late in a
     run by a whole turn."""
+    frequency: bool = False
+    """Whether it is a shape that something swings in proportion to, likewise."""
 
     def values(self, value: float) -> dict[str, float]:
         """`value` at every address."""

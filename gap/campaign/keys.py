@@ -107,6 +107,7 @@ PARAMETER: Keys = {
     "also": Key(TEXTS, "addresses that take the same value"),
     "shape": Key(SWITCH, "true: it has no effect of its own while the others are neutral"), **_STARTS,
     "period": Key(SWITCH, "true: it is a time after which something comes again"),
+    "frequency": Key(SWITCH, "true: it is a shape in proportion to which something swings"),
 }  # fmt: skip
 FORM: Keys = {**_HEAD, "parameter": Key(tables(PARAMETER), "what it has beyond the plain form", needed=True)}
 EFFECT: Keys = {

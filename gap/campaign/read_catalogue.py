@@ -77,8 +77,10 @@ class _Reader(Tables):
         if not all(low <= v <= high for v in starts):
             raise self.error(f"{entry}: 'starts' = {list(starts)} has to be numbers within the bounds")
         also, shape = self.strings(table, entry, "also"), self.get(table, entry, "shape", bool, False)
-        period = self.get(table, entry, "period", bool, False)
-        return Parameter(address, neutral, low, high, prior, also, shape, starts, period)
+        period, frequency = (self.get(table, entry, key, bool, False) for key in ("period", "frequency"))
+        if frequency and not (shape and len(starts) > 1 and low >= 0.0):
+            raise self.error(f"{entry}: 'frequency' is for a 'shape' that is not negative, with two 'starts' or more")
+        return Parameter(address, neutral, low, high, prior, also, shape, starts, period, frequency)
 
     def effect(self, table: dict[str, Any], entry: str) -> Effect:
         self.reject_unknown_keys(table, keys.EFFECT, entry)

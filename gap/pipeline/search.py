@@ -149,6 +149,13 @@ def is_worth_continuing(state: State) -> bool:
     return can_continue(state) and _leaves_more_than(state, state.problem.settings.search.min_energy_share)
 
 
+def has_moved(state: State) -> bool:
+    """Whether another round may find something that is worth it at the best set, around which there has been none: of
+    nine rounds at a part of it none found anything."""
+    best = best_of_each_set(state.hypotheses)[0]
+    return is_worth_continuing(state) and state.start is not None and state.start.key == best.key
+
+
 def has_long_steps(state: State) -> bool:
     """Whether something is left that runs of shorter steps might show."""
     best, settings = best_of_each_set(state.hypotheses)[0], state.problem.settings.search

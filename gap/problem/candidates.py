@@ -129,7 +129,7 @@ def _effect_parameter(
     return EstimatedParameter(
         p.address, "effect", start, p.prior, low, high, std,
         (p.address, *p.also), p.shape, tuple((v - start) / p.prior for v in p.starts),
-        longest_run=max(conditions.stop for conditions in runs) if p.period else 0.0,
+        longest_run=max(conditions.stop for conditions in runs) if p.period else 0.0, frequency=p.frequency,
     )  # fmt: skip
 
 

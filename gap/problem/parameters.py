@@ -38,6 +38,8 @@ class EstimatedParameter:
     """Of an effect that is known to be there: refitted together with the base parameters."""
     longest_run: float = 0.0
     """Of a period: how long it goes on, as long as the longest run [s]; 0: it is none."""
+    frequency: bool = False
+    """Whether it is a shape that something swings in proportion to."""
 
     @property
     def in_every_set(self) -> bool:

@@ -19,7 +19,7 @@ from ..problem.parameters import EffectCandidate, EstimatedParameter
 from ..problem.problem import Problem
 from .response_bank import Response, ResponseBank, Variant, add_responses
 from .sets import ProjectedBank
-from .sizes import frequency_of, starts_of_shapes
+from .sizes import frequency_of
 
 _Trial = tuple[float, float]
 """A frequency, in the parameter's unit, and the squares that it takes of what is left."""
@@ -38,7 +38,7 @@ def frequency_variants(problem: Problem, bank: ResponseBank, projected: Projecte
     variants: list[Variant] = []
     for c in problem.candidates:
         x = frequency_of(c)
-        if x is None or c.label in labels or len(starts_of_shapes(c)) <= settings.shapes:
+        if x is None or c.label in labels:
             continue
         trials = sorted(_trials(problem, bank, projected, c, x))
         peaks = [

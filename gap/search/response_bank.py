@@ -15,7 +15,7 @@ from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EstimatedParameter, Point
 from ..problem.problem import Problem
 from ..settings import SearchSettings
-from .sizes import grid, is_frequency, resized, second_size, starts_of_shapes, usual_sizes, variants
+from .sizes import grid, resized, second_size, starts_of_shapes, usual_sizes, variants
 
 Variant = tuple[EffectCandidate, Mapping[str, float]]
 """An effect with values of its parameters, by name."""
@@ -234,7 +234,7 @@ def point_with(point: Point, candidate: EffectCandidate, values: Mapping[str, fl
 def wide_step(x: EstimatedParameter, u: float, settings: SearchSettings) -> float:
     """A step for a derivative at u that stays in the range: a share of a base parameter's scale or an effect's size; of
     a frequency a small one, for a run has many cycles; of a period, what shifts a run's end by some part of a turn."""
-    share = settings.frequency_difference if is_frequency(x) else settings.derivative_step
+    share = settings.frequency_difference if x.frequency else settings.derivative_step
     h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
     h = min(h, x.longest_difference(u, settings.period_difference))
     return h if u + h <= x.high else -h

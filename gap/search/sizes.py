@@ -84,11 +84,6 @@ def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: Searc
     return points
 
 
-def is_frequency(x: EstimatedParameter) -> bool:
-    """Whether a shape is a frequency: it has four starts at least."""
-    return x.shape and len(x.starts) > 3
-
-
 def frequency_of(c: EffectCandidate) -> EstimatedParameter | None:
-    """The shape of an effect that is a frequency, if any: that with the most starts."""
-    return max(filter(is_frequency, c.parameters), key=lambda x: len(x.starts), default=None)
+    """The shape of an effect that is a frequency, if any."""
+    return next((x for x in c.parameters if x.frequency), None)

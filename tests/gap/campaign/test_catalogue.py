@@ -58,6 +58,7 @@ def test_shipped_catalogue(built):
         ("tolerance = 0.05", "tolerance = 5", "between 0 and 1"),
         ('id = "rub"', "id = 3", "wrong type"),
         ("also", "shape = true\nalso", "not a shape"),
+        ("also", "frequency = true\nalso", "'frequency' is for a 'shape' that is not negative"),
         ("[[effect]]", "[[effect", "not valid TOML"),
     ],
 )

@@ -13,7 +13,8 @@ from deepsea_cosim.gap.search.sizes import frequency_of
 from .made import T, bank_at, effect, first_round, posed
 
 FREQUENCY = EstimatedParameter(
-    "f", "effect", 2.0, 0.5, -3.0, 4.0, 2.0, shape=True, starts=tuple((v - 2.0) / 0.5 for v in (1.0, 1.5, 2.2, 3.2))
+    "f", "effect", 2.0, 0.5, -3.0, 4.0, 2.0, shape=True, starts=tuple((v - 2.0) / 0.5 for v in (1.0, 1.5, 2.2, 3.2)),
+    frequency=True,
 )
 PHASE = EstimatedParameter("phase", "effect", 0.0, 1.0, -3.2, 3.2, 2.0, shape=True, starts=(0.0, np.pi / 2))
 (SIZE,) = effect("p", 0.0, 8.0).parameters
@@ -45,7 +46,7 @@ def test_a_frequency_far_from_all_starts_is_run_and_fitted(hz):
     assert FREQUENCY.value(best.fit.point["f"]) == pytest.approx(hz, abs=1e-3)
 
 
-def test_what_has_few_starts_is_no_frequency():
+def test_what_the_catalogue_does_not_name_one_is_no_frequency():
     assert frequency_of(SWAY) is FREQUENCY
     assert frequency_of(effect("q")) is None
     assert frequency_of(EffectCandidate("p", "p", "p", (SIZE, PHASE))) is None
