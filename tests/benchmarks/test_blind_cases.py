@@ -14,6 +14,8 @@ from benchmarks.blind.records import Record
 from benchmarks.blind.scoring.outcome import outcomes
 from benchmarks.blind.scoring.table import score
 
+pytestmark = pytest.mark.usefixtures("plant")
+
 SEED = 5
 CASES = {176: "valve_dead_zone, 0.4 floors"}
 MORE = {231: "nothing wrong, one channel", 158: "a valve with play, not in the catalogue"}

@@ -20,6 +20,8 @@ from benchmarks.blind.records import load
 from benchmarks.blind.ruler import Ruler
 from benchmarks.blind.system import KEYS
 
+pytestmark = pytest.mark.usefixtures("plant")
+
 SHIPPED = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
 RECORDS = Path(effect_forms.__file__).parent / "records"
 SINGLE, NONE, PAIR, UNKNOWN_CASE, CLEAR = 2, 3, 10, 13, 112

@@ -8,6 +8,8 @@ import pytest
 from benchmarks.blind.plant import PlantError
 from benchmarks.blind.refit import left_by_refit
 
+pytestmark = pytest.mark.usefixtures("plant")
+
 T = np.arange(400) / 100.0
 PARTS = [(400, 100.0)]
 START = np.array([1.02, 0.99])
