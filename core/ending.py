@@ -103,8 +103,8 @@ def _raising() -> Callable[[int, FrameType | None], None]:
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
-    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away.
+def terminable(*kinds: int) -> Iterator[None]:
+    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away; kinds: these signals only.
 
     Both are noted, for a library that is being loaded makes another error of the exception.
     """
@@ -112,7 +112,7 @@ def terminable() -> Iterator[None]:
     handler, taken = _raising(), list[int]()
     if threading.current_thread() is threading.main_thread():
         unchanged = ((signal.SIGTERM, signal.SIG_DFL), (signal.SIGINT, signal.default_int_handler))
-        taken = [kind for kind, usual in unchanged if signal.getsignal(kind) == usual]
+        taken = [kind for kind, usual in unchanged if signal.getsignal(kind) == usual and kind in (kinds or (kind,))]
     before = [signal.signal(kind, handler) for kind in taken]
     try:
         yield

@@ -103,10 +103,9 @@ def guarded(command: str, main: Callable[[], int], explain: Callable[[str, list[
     except OSError:
         return main()
     if child == 0:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         _page = page
         ending.die_with_parent()
-        _run(main)
+        _run(command, main, before)
     status, asked = _wait(child)
     if page[FINISHED] and os.WIFEXITED(status):
         return os.WEXITSTATUS(status)
@@ -119,12 +118,19 @@ def guarded(command: str, main: Callable[[], int], explain: Callable[[str, list[
     return 1
 
 
-def _run(main: Callable[[], int]) -> NoReturn:
+def _run(command: str, main: Callable[[], int], mask: set[Any]) -> NoReturn:
+    """mask: signals that are to be held back from now on; until it listened, more were."""
     try:
-        code = main()
-        sys.stdout.flush()
+        with ending.terminable(signal.SIGINT):
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+            code = main()
+            sys.stdout.flush()
     except SystemExit as stop:
         code = ending.code_of(stop)
+    except KeyboardInterrupt:  # before or after what the command itself takes care of
+        ending.take_no_more()
+        print(f"{command}: {ending.told()}", file=sys.stderr)
+        code = ending.code()
     except BaseException:
         traceback.print_exc()
         code = 1

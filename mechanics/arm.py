@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
-import mujoco
 import numpy as np
 
 from ..core.errors import ParameterError
@@ -17,7 +16,7 @@ from .constants import by_name, constants
 from .effects import with_effects
 from .linkage import check_buildable
 from .mjcf import mjcf
-from .mujoco_library import addresses
+from .mujoco_library import addresses, mujoco
 from .variables import ARM
 
 

@@ -6,9 +6,11 @@ import ctypes
 from functools import cache
 from pathlib import Path
 
-import mujoco
-
+from ..core.ending import starting_processes
 from ..core.errors import SimulationError
+
+with starting_processes():  # glfw, which comes with it, asks another Python for its version, which Ctrl-C would end
+    import mujoco as mujoco
 
 VERSION = "4.0."
 """How the version begins whose declarations are known; functions that are declared otherwise would crash."""

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from ...core.display_units import DisplayUnits
+from ...core.ending import starting_processes
 from ...core.errors import UsageError, did_you_mean
 from ...core.files import replacing
 
@@ -181,9 +182,10 @@ class Plotter:
     """A helper process that gets ready while the simulation runs; a context manager."""
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )
+        with starting_processes():  # Ctrl-C is for who started it, and ends it
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            )
 
     def __enter__(self) -> Plotter:
         return self

@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
-import mujoco
 import numpy as np
 
 from ...core.errors import ParameterError, SimulationError
 from ...core.jit import called
 from ...core.sea import GRAVITY, ambient_pressure
-from ..mujoco_library import OF_ANY_MODEL, addresses
+from ..mujoco_library import OF_ANY_MODEL, addresses, mujoco
 from . import stepping
 from .description import Description
 from .row import ADDRESSES, Layout, new_row
