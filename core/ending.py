@@ -103,16 +103,16 @@ def _raising() -> Callable[[int, FrameType | None], None]:
 
 
 @contextmanager
-def terminable(*kinds: int) -> Iterator[None]:
-    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away; kinds: these signals only.
+def terminable(*kinds: signal.Signals) -> Iterator[None]:
+    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away; or of both those kinds only.
 
-    Both are noted, for a library that is being loaded makes another error of the exception.
+    They are noted, for a library that is being loaded makes another error of the exception.
     """
     _asked.clear()
     handler, taken = _raising(), list[int]()
     if threading.current_thread() is threading.main_thread():
-        unchanged = ((signal.SIGTERM, signal.SIG_DFL), (signal.SIGINT, signal.default_int_handler))
-        taken = [kind for kind, usual in unchanged if signal.getsignal(kind) == usual and kind in (kinds or (kind,))]
+        usual_handlers = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
+        taken = [kind for kind in kinds or usual_handlers if signal.getsignal(kind) == usual_handlers[kind]]
     before = [signal.signal(kind, handler) for kind in taken]
     try:
         yield

@@ -33,7 +33,7 @@ HEAD = """# The effects
 
 What a real machine may have and the plain one lacks: the candidates of `cosim-gap`, and parameters of the FMUs for
 everybody else. Every one is exactly absent at its neutral value, bit for bit. `usual` is how far from neutral it is
-usually found; bounds are those of a fit. Forms are tried where the effect is in. `step` is the longest of 4, 2, 1 and
+usually found; bounds are those of a fit. Forms are tried where something is left. `step` is the longest of 4, 2, 1 and
 0.5 ms, by the shipped package's method, that holds the displacement within 0.05 mm of a step of 0.25 ms over a stroke
 at 3 km with the effect at its usual size; the last column names the test against a closed form or a limit.
 

@@ -70,7 +70,7 @@ class Parameter:
 class Form:
     """Another form of an effect than its plain one: further parameters, which change nothing at their neutral values.
 
-    It is tried where the effect is in. `starts` of its parameters are values at which it shows.
+    It is tried where something is left. `starts` of its parameters are values at which it shows.
     """
 
     id: str

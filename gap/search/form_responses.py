@@ -11,24 +11,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..estimation.dispersion import estimate_dispersion
-from ..estimation.linear import profile_nuisances
 from ..problem.curves import CurveForm
-from ..problem.noise import rms
 from ..problem.parameters import EffectCandidate, EffectForm
 from ..problem.problem import Problem
 from .response_bank import Response, ResponseBank, Variant, add_responses, rms_left
-from .sets import ProjectedBank
+from .sets import Projection
 from .sizes import grid, resized, starts_of_shapes, usual_sizes, variants
 
 
-def add_forms(problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray) -> ResponseBank:
+def add_forms(problem: Problem, bank: ResponseBank, projection: Projection) -> ResponseBank:
     """The bank with effects in other forms: each parameter of a form where it is farthest from the plain one, and of
     forms with several the mixture of them that takes most of what is left."""
     bank = add_responses(problem, bank, _single_variants(problem, bank))
-    residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
-    projected = ProjectedBank(problem, bank, nuisance_jacobian, estimate_dispersion(problem, residual))
-    return add_responses(problem, bank, _mixed_variants(problem, bank, projected))
+    return add_responses(problem, bank, _mixed_variants(problem, bank, projection))
 
 
 def _in_plain_form(problem: Problem, bank: ResponseBank) -> list[EffectCandidate]:
@@ -52,9 +47,8 @@ def _single_variants(problem: Problem, bank: ResponseBank) -> list[Variant]:
             neutral = {x.name: 0.0 for x in form.parameters}
             farthest = [{**neutral, x.name: max(x.starts, key=abs)} for x in form.parameters if x.starts]
             singles += [(c.in_form(form), {**values, **at}) for values in plain for at in farthest]
-        known = [x.values for x in bank.responses if x.candidate == c]
         if any(len(f.parameters) > 1 for f in _forms(c)):  # mixtures of these need the plain form there
-            singles += [(c, values) for values in plain if values not in known]
+            singles += [(c, values) for values in plain if bank.response_to(c, values) is None]
     return singles
 
 
@@ -70,7 +64,7 @@ def _sized(
     """The plain form at the size of the grid at which it would do as much as is left, the usual one where that is not
     known: what a form changes may be another thing at another size."""
     settings, usual = problem.settings.search, values[c.main.name]
-    done = next((rms(x.change) for x in bank.responses if x.candidate == c and x.values == values), 0.0)
+    done = bank.rms_of(c, values)
     if done < settings.min_response_rms:
         return dict(values)
     wanted = usual * rms_left(problem, bank) / done
@@ -78,7 +72,7 @@ def _sized(
     return resized(c, values, min(same_side, key=lambda s: abs(math.log(max(s / wanted, 1e-12)))))
 
 
-def _mixed_variants(problem: Problem, bank: ResponseBank, projected: ProjectedBank) -> list[Variant]:
+def _mixed_variants(problem: Problem, bank: ResponseBank, projection: Projection) -> list[Variant]:
     mixed: list[Variant] = []
     for c in _in_plain_form(problem, bank):
         for form in (f for f in _forms(c) if len(f.parameters) > 1):
@@ -87,19 +81,18 @@ def _mixed_variants(problem: Problem, bank: ResponseBank, projected: ProjectedBa
             for side in (1.0, -1.0):
                 of_side = [x for x in responses if x.size * side > 0.0]
                 values = {k: v for k, v in of_side[0].values.items() if k not in names} if of_side else {}
-                plain = next((x for x in bank.responses if x.candidate == c and x.values == values), None)
-                if plain is not None:
-                    mixture = _mixture(problem, projected, form, plain, of_side)
+                if (plain := bank.response_to(c, values)) is not None:
+                    mixture = _mixture(problem, projection, form, plain, of_side)
                     mixed.append((c.in_form(form), {**values, **mixture}))
     return mixed
 
 
 def _mixture(
-    problem: Problem, projected: ProjectedBank, form: EffectForm, plain: Response, responses: list[Response]
+    problem: Problem, projection: Projection, form: EffectForm, plain: Response, responses: list[Response]
 ) -> dict[str, float]:
     """The form's parameters that take most of what is left, as far as what they change adds up."""
     beyond, values = problem.settings.search.form_beyond, {x.name: 0.0 for x in form.parameters}
-    sizes = projected.best_sizes(np.stack([plain.change, *(x.change for x in responses)], axis=1))
+    sizes = projection.best_sizes(np.stack([plain.change, *(x.change for x in responses)], axis=1))
     whole = float(sizes.sum())
     if abs(whole) < 1e-6 * float(np.abs(sizes).max()):
         return values

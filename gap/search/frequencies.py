@@ -13,26 +13,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..estimation.dispersion import estimate_dispersion
-from ..estimation.linear import profile_nuisances
 from ..problem.parameters import EffectCandidate, EstimatedParameter
 from ..problem.problem import Problem
 from .response_bank import Response, ResponseBank, Variant, add_responses
-from .sets import ProjectedBank
+from .sets import Projection
 from .sizes import frequency_of
 
 _Trial = tuple[float, float]
 """A frequency, in the parameter's unit, and the squares that it takes of what is left."""
 
 
-def add_frequencies(problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray) -> ResponseBank:
+def add_frequencies(problem: Problem, bank: ResponseBank, projection: Projection) -> ResponseBank:
     """The bank with effects at the usual size and the frequencies that suit best what is left."""
-    residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
-    projected = ProjectedBank(problem, bank, nuisance_jacobian, estimate_dispersion(problem, residual))
-    return add_responses(problem, bank, frequency_variants(problem, bank, projected))
+    return add_responses(problem, bank, _variants(problem, bank, projection))
 
 
-def frequency_variants(problem: Problem, bank: ResponseBank, projected: ProjectedBank) -> list[Variant]:
+def _variants(problem: Problem, bank: ResponseBank, projection: Projection) -> list[Variant]:
     """Effects with frequencies, at the usual size and the frequencies that take most of what is left."""
     settings, labels = problem.settings.search, {c.label for c in bank.candidates}
     variants: list[Variant] = []
@@ -40,7 +36,7 @@ def frequency_variants(problem: Problem, bank: ResponseBank, projected: Projecte
         x = frequency_of(c)
         if x is None or c.label in labels:
             continue
-        trials = sorted(_trials(problem, bank, projected, c, x))
+        trials = sorted(_trials(problem, bank, projection, c, x))
         peaks = [
             here for before, here, after in zip(trials, trials[1:], trials[2:], strict=False)
             if here[1] > before[1] and here[1] >= after[1]
@@ -56,7 +52,7 @@ def _responses(bank: ResponseBank, c: EffectCandidate) -> list[Response]:
 
 
 def _trials(
-    problem: Problem, bank: ResponseBank, projected: ProjectedBank, c: EffectCandidate, x: EstimatedParameter
+    problem: Problem, bank: ResponseBank, projection: Projection, c: EffectCandidate, x: EstimatedParameter
 ) -> Iterator[_Trial]:
     """Frequencies between neighbouring starts, so close that the end of a run shifts by a part of a turn from one to
     the next, and what they take: in any phase, for the responses to all other shapes may be mixed."""
@@ -71,7 +67,7 @@ def _trials(
         count = int(np.ceil(np.log(high / low) * max(cycles, 1.0) / settings.frequency_spacing))
         for value in high * (low / high) ** np.linspace(0.0, 1.0, min(count, settings.frequency_trials) + 1):
             stretched = [_stretched(change, blocks, value / high) for change in by_value[high]]
-            yield float(value), projected.taken_by(np.stack(stretched, axis=1))
+            yield float(value), projection.taken_by(np.stack(stretched, axis=1))
 
 
 def _blocks(problem: Problem, bank: ResponseBank) -> list[tuple[np.ndarray, np.ndarray]]:

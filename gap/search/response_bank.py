@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -65,6 +66,19 @@ class ResponseBank:
     """Readings that responses are kept at."""
     responses: tuple[Response, ...]
 
+    @cached_property
+    def _by_values(self) -> dict[tuple[str, frozenset[tuple[str, float]]], Response]:
+        return {(x.candidate.name, frozenset(x.values.items())): x for x in self.responses}
+
+    def response_to(self, candidate: EffectCandidate, values: Mapping[str, float]) -> Response | None:
+        """That of an effect with these values; None where it has not run, or has changed nothing."""
+        return self._by_values.get((candidate.name, frozenset(values.items())))
+
+    def rms_of(self, candidate: EffectCandidate, values: Mapping[str, float]) -> float:
+        """Normalised RMS of it; 0 where there is none."""
+        response = self.response_to(candidate, values)
+        return 0.0 if response is None else rms(response.change)
+
 
 def response_rows(problem: Problem) -> slice:
     """Every few readings, so that a bank keeps so many at most."""
@@ -114,11 +128,11 @@ def _threshold_variants(problem: Problem, bank: ResponseBank, run_variants: Sequ
     at which the effect is expected to do as much. A valve that holds the load does nothing up to a pressure and stops
     the machine at twice of it; neither, scaled, looks like what it does between."""
     settings, left, between_sizes = problem.settings.search, rms_left(problem, bank), list[Variant]()
-    run = [Response(c, values, np.zeros(1)) for c, values in run_variants if values]
-    change = {(x.candidate.label, x.shape, x.size): rms(x.change) for x in bank.responses}
+    nothing = np.zeros(1)
+    run = [bank.response_to(c, values) or Response(c, values, nothing) for c, values in run_variants]
     for places in families(run):
         for small, large in pairwise(run[k] for k in places):
-            below, above = (change.get((x.candidate.label, x.shape, x.size), 0.0) for x in (small, large))
+            below, above = rms(small.change), rms(large.change)
             ratio = large.size / small.size
             if not below < left < above or ratio < settings.threshold_width:
                 continue
@@ -146,12 +160,11 @@ def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequenc
     and those with many starts of their shapes, such as frequencies, are run at the usual size alone."""
     settings = problem.settings.search
     gap = rms_left(problem, bank)
-    change = {(x.candidate.label, *x.values.values()): rms(x.change) for x in bank.responses}
     second: list[Variant] = []
     for c, values in run_variants:
         if c.main.kind == "sensor" or not values or len(starts_of_shapes(c)) > settings.shapes:
             continue
-        done = change.get((c.label, *values.values()), 0.0)
+        done = bank.rms_of(c, values)
         if done < settings.min_response_rms:
             continue
         size = second_size(c.main, values[c.main.name], done, gap, settings)

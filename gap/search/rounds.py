@@ -17,7 +17,7 @@ from .frequencies import add_frequencies
 from .polish import polish
 from .removal import drop_effects, falls_behind, predict_without
 from .response_bank import ResponseBank, bank_of_usual_sizes, complete_bank
-from .sets import Proposal, propose_sets, shares_alone
+from .sets import Projection, Proposal, propose_sets, shares_alone
 from .starts import fit_disappointing, fit_proposals
 
 
@@ -61,7 +61,8 @@ def run_quick_round(
     there."""
     settings = problem.settings.search
     bank = complete_bank(problem, bank or _bank_at(problem, incumbent))
-    bank = add_forms(problem, add_frequencies(problem, bank, nuisance_jacobian), nuisance_jacobian)
+    projection = Projection.of_all(problem, bank, nuisance_jacobian)
+    bank = add_forms(problem, add_frequencies(problem, bank, projection), projection)
     bank, proposals = propose_sets(problem, bank, nuisance_jacobian)
     chosen = choose_proposals(proposals, incumbent, settings.sets_per_round)
     hypotheses = fit_proposals(problem, bank, chosen, nuisance_jacobian, settings.quick_fit_steps)

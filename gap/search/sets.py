@@ -8,7 +8,8 @@ matrix of the responses. Sizes stay near those that were run.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Proposal:
     cost: float
     left: float = 0.0
     """Normalised RMS that it is expected to leave there."""
-    as_run: Point | None = None
+    as_run: Point = field(default_factory=dict)
     """The bank's point with the effects at the sizes that were run."""
 
     @property
@@ -42,30 +43,65 @@ class Proposal:
         return frozenset(c.label for c in self.candidates)
 
 
-class ProjectedBank:
-    """A bank whose base parameters, own effects and nuisances are projected out, with their priors.
+class Projection:
+    """What base parameters, own effects and nuisances of a bank can take up, with their priors, projected out of what
+    is left. All is divided by the root of the dispersion."""
+
+    def __init__(self, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, dispersion: float):
+        noise, rows, n = problem.observations.noise_std, bank.rows, len(problem.observations)
+        self.row_count = len(range(n)[rows])
+        self.scale = np.sqrt(n / self.row_count / dispersion)
+        columns = np.concatenate([bank.jacobian, nuisance_jacobian], axis=1) / noise[:, None]
+        A = self.scale * columns[rows]
+        r = self.scale * ((problem.observations.y - bank.model) / noise)[rows]
+        sd = np.array([*(x.sd for x in bank.parameters), *[1.0] * nuisance_jacobian.shape[1]])
+        u = np.array([*(bank.point.get(x.name, 0.0) for x in bank.parameters), *[0.0] * nuisance_jacobian.shape[1]])
+        self.r = np.concatenate([r, -u / sd])
+        self.Q, self.R = np.linalg.qr(np.concatenate([A, np.diag(1.0 / sd)]))
+        self.residual = self.without(self.r)
+
+    @classmethod
+    def of_all(cls, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray) -> Self:
+        """With the dispersion of all that is left at the bank's point."""
+        residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
+        return cls(problem, bank, nuisance_jacobian, estimate_dispersion(problem, residual))
+
+    def scaled(self, changes: np.ndarray) -> np.ndarray:
+        """Changes (rows, k) of the model, and none of the priors."""
+        return np.concatenate([self.scale * changes, np.zeros((len(self.r) - len(changes), changes.shape[1]))])
+
+    def without(self, v: np.ndarray) -> np.ndarray:
+        """Columns without what can be taken up of them."""
+        rest: np.ndarray = v - self.Q @ (self.Q.T @ v)
+        return rest
+
+    def best_sizes(self, changes: np.ndarray) -> np.ndarray:
+        """How much of each of some changes (rows, k) of the model takes most of what is left (k,), without bounds."""
+        return self._taking(changes)[0]
+
+    def taken_by(self, changes: np.ndarray) -> float:
+        """Squares of what is left that some changes (rows, k) of the model, in any sizes, take."""
+        return self._taking(changes)[1]
+
+    def _taking(self, changes: np.ndarray) -> tuple[np.ndarray, float]:
+        D = self.without(self.scaled(changes))
+        sizes = np.linalg.lstsq(D, self.residual, rcond=1e-6)[0]
+        return sizes, float(sizes @ (D.T @ self.residual))
+
+
+class ProjectedBank(Projection):
+    """The same for all sets of a bank's responses.
 
     Costs are squares of the residual over the dispersion, priors, and a price for every effect.
     """
 
     def __init__(self, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, dispersion: float):
+        super().__init__(problem, bank, nuisance_jacobian, dispersion)
         self.problem, self.bank, self.settings = problem, bank, problem.settings.search
-        noise, rows, n = problem.observations.noise_std, bank.rows, len(problem.observations)
-        row_count = len(range(n)[rows])
-        scale = np.sqrt(n / row_count / dispersion)
-        columns = np.concatenate([bank.jacobian, nuisance_jacobian], axis=1) / noise[:, None]
-        A = scale * columns[rows]
-        r = scale * ((problem.observations.y - bank.model) / noise)[rows]
-        D = scale * np.array([x.change for x in bank.responses]).reshape(-1, row_count).T
-        sd = np.array([*(x.sd for x in bank.parameters), *[1.0] * nuisance_jacobian.shape[1]])
-        u = np.array([*(bank.point.get(x.name, 0.0) for x in bank.parameters), *[0.0] * nuisance_jacobian.shape[1]])
-        A = np.concatenate([A, np.diag(1.0 / sd)])
-        r = np.concatenate([r, -u / sd])
-        D = np.concatenate([D, np.zeros((len(sd), D.shape[1]))])
-        self.Q, self.R = np.linalg.qr(A)
-        self.r, self.D, self.scale_of_rows, self.scale = r, D, scale, scale * np.sqrt(row_count)
-        residual, columns = r - self.Q @ (self.Q.T @ r), D - self.Q @ (self.Q.T @ D)
-        self.gram, self.rhs, self.energy = columns.T @ columns, columns.T @ residual, float(residual @ residual)
+        self.D = self.scaled(np.array([x.change for x in bank.responses]).reshape(-1, self.row_count).T)
+        columns = self.without(self.D)
+        self.gram, self.rhs = columns.T @ columns, columns.T @ self.residual
+        self.energy = float(self.residual @ self.residual)
         is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)
         self.price = np.where(is_removal, -1.0, 1.0) * [
@@ -78,21 +114,6 @@ class ProjectedBank:
         G = self.gram[sets[:, :, None], sets[:, None, :]]
         t, fitted = bounded_minimum(G, self.rhs[sets], self.low[sets], self.high[sets])
         return t, self.energy + fitted + self.price[sets].sum(axis=1)
-
-    def best_sizes(self, changes: np.ndarray) -> np.ndarray:
-        """How much of each of some changes (rows, k) of the model takes most of what is left (k,), without bounds."""
-        return self._taking(changes)[0]
-
-    def taken_by(self, changes: np.ndarray) -> float:
-        """Squares of what is left that some changes (rows, k) of the model, in any sizes, take."""
-        return self._taking(changes)[1]
-
-    def _taking(self, changes: np.ndarray) -> tuple[np.ndarray, float]:
-        D = np.concatenate([self.scale_of_rows * changes, np.zeros((len(self.r) - len(changes), changes.shape[1]))])
-        D = D - self.Q @ (self.Q.T @ D)
-        residual = self.r - self.Q @ (self.Q.T @ self.r)
-        sizes = np.linalg.lstsq(D, residual, rcond=1e-6)[0]
-        return sizes, float(sizes @ (D.T @ residual))
 
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
         """A set of responses at sizes t (s,) with the base parameters that go with it."""
@@ -120,7 +141,8 @@ class ProjectedBank:
                 as_run.update(response.values)
         remaining = [c for c in bank.candidates if c.label not in removed]
         squares = max(cost - float(self.price[list(chosen)].sum()), 0.0)
-        return Proposal((*remaining, *added), point, cost, np.sqrt(squares) / self.scale, as_run)
+        left = float(np.sqrt(squares / self.row_count)) / self.scale
+        return Proposal((*remaining, *added), point, cost, left, as_run)
 
 
 def bounded_minimum(
@@ -210,8 +232,7 @@ def propose_sets(
 
 def shares_alone(problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray) -> dict[str, float]:
     """Share of the residual's squares at the bank's point that each effect alone could explain, by its label."""
-    residual = profile_nuisances(problem, bank.model, nuisance_jacobian, 1.0).residual
-    projected = ProjectedBank(problem, bank, nuisance_jacobian, estimate_dispersion(problem, residual))
+    projected = ProjectedBank.of_all(problem, bank, nuisance_jacobian)
     by_label: dict[str, float] = {}
     if not bank.responses:
         return by_label

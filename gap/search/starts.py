@@ -46,7 +46,7 @@ def fit_disappointing(
     least = min(left.values(), default=np.inf)
     broken = [
         p for p in proposals
-        if p.candidates and p.as_run is not None and p.left < settings.promise * least
+        if p.candidates and p.left < settings.promise * least
         and left.get(p.candidates, np.inf) > settings.broken_promise * p.left
     ]  # fmt: skip
     broken = _by_turns(sorted(broken, key=lambda p: p.cost))[: settings.fits_anew]
@@ -69,10 +69,9 @@ def _by_turns(proposals: Sequence[Proposal]) -> list[Proposal]:
     return [p for _, p in sorted(zip(turns, proposals, strict=True), key=lambda pair: pair[0])]
 
 
-def _between(a: Point | None, b: Point) -> list[Point]:
+def _between(a: Point, b: Point) -> list[Point]:
     """A point, one half way to another one, and that."""
-    first = dict(a or {})
-    return [first, {name: 0.5 * (first.get(name, 0.0) + u) for name, u in b.items()}, b]
+    return [a, {name: 0.5 * (a.get(name, 0.0) + u) for name, u in b.items()}, b]
 
 
 def fit_from(

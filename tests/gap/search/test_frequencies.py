@@ -8,6 +8,7 @@ from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParam
 from deepsea_cosim.gap.search.baseline import simulate_nominal
 from deepsea_cosim.gap.search.frequencies import add_frequencies
 from deepsea_cosim.gap.search.response_bank import wide_step
+from deepsea_cosim.gap.search.sets import Projection
 from deepsea_cosim.gap.search.sizes import frequency_of
 
 from .made import T, bank_at, effect, first_round, posed
@@ -37,7 +38,8 @@ def test_a_frequency_far_from_all_starts_is_run_and_fitted(hz):
     truth = {"p": 0.8, "f": normalised(hz), "phase": 0.7, "a": 0.3}
     p, columns = posed(machine, truth, [SWAY])
     bank = bank_at(p, simulate_nominal(p, columns).fit)
-    run = [x for x in add_frequencies(p, bank, columns).responses if x not in bank.responses]
+    with_frequencies = add_frequencies(p, bank, Projection.of_all(p, bank, columns))
+    run = [x for x in with_frequencies.responses if x not in bank.responses]
     near = min(run, key=lambda x: abs(FREQUENCY.value(x.values["f"]) - hz))
     assert FREQUENCY.value(near.values["f"]) == pytest.approx(hz, abs=0.02)
     best = first_round(p, columns).hypotheses[0]
