@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan
+from math import exp, log1p, nan
 
 from ..core.jit import kernel
 from .oil import modulus_factor, pressure, viscosity
@@ -43,6 +43,46 @@ def delivered(y: object, c: object) -> float:
 
 
 @kernel
+def hose_loss(flow: float, P_p: float, c: object) -> float:
+    """Pressure [Pa] that laminar flow [m3/s] loses between pump and port p, whose pressure is P_p [Pa]."""
+    return c.supply.resistance * viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share) * flow
+
+
+@kernel
+def characteristic(x: float, power: float, roundness: float) -> float:
+    """The share of its flow that a compensated pump is set to where its pressure is x of its droop below what is set:
+    min(max(x, 0), 1)^(1/power), or with knees that are rounded over so much of the droop."""
+    if roundness > 0.0:
+        share = roundness * (softplus(x / roundness) - softplus((x - 1.0) / roundness))
+    else:
+        share = min(max(x, 0.0), 1.0)
+    return share if power == 1.0 else share ** (1.0 / power)
+
+
+@kernel
+def pressure_at_rest(taken: float, c: object) -> float:
+    """Pressure [Pa] above the tank's at which the pump gives so much [m3/s]; a compensated one gives no more, but
+    for what its relief valve takes."""
+    if c.supply.lag == 0.0:
+        return c.relief.p_set
+    pump, low, high = c.effect.pump_dynamics, 0.0, 2.0
+    for _ in range(60):
+        share = 0.5 * (low + high)
+        given = characteristic((1.0 - share) / pump.droop, pump.power, pump.roundness)
+        if given - max(share - SPILLS_AT, 0.0) / SPILLS_OVER > taken / c.pump.flow:
+            low = share
+        else:
+            high = share
+    return high * c.relief.p_set
+
+
+@kernel
+def softplus(z: float) -> float:
+    """ln(1 + e^z)."""
+    return max(z, 0.0) + log1p(exp(-abs(z)))
+
+
+@kernel
 def supply_rates(y: object, Q_p: float, P_p: float, P_pump: float, Pt: float, c: object, f: object) -> None:
     """Write the rates of the supply's states into f.
 
@@ -56,16 +96,14 @@ def supply_rates(y: object, Q_p: float, P_p: float, P_pump: float, Pt: float, c:
     taken = Q_p
     if supply.inertance > 0.0:
         taken = z.Q_hose
-        eta = viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
-        rate.Q_hose = (P_pump - P_p - supply.resistance * eta * z.Q_hose) / supply.inertance
+        rate.Q_hose = (P_pump - P_p - hose_loss(z.Q_hose, P_p, c)) / supply.inertance
         rate.p_p = soft * (z.Q_hose - Q_p)
     if supply.lag == 0.0:
         if z.Q_hose >= c.pump.flow and rate.Q_hose > 0.0:
             rate.Q_hose = 0.0
         return
     pump = c.effect.pump_dynamics
-    fallen = min(max((p_set - (P_pump - Pt)) / (pump.droop * p_set), 0.0), 1.0)
-    asked = c.pump.flow * (fallen if pump.power == 1.0 else fallen ** (1.0 / pump.power))
+    asked = c.pump.flow * characteristic((p_set - (P_pump - Pt)) / (pump.droop * p_set), pump.power, pump.roundness)
     back = spilled(y, P_pump, Pt, c)
     rate.Q_pump = (asked - z.Q_pump) / supply.lag
     at_pump = c.oil.beta / pump.volume * modulus_factor(P_pump, beta, c) * (z.Q_pump - back - taken)

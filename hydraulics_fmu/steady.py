@@ -12,6 +12,7 @@ from .bordered import flow_of
 from .constants import by_name
 from .cylinder import EYE_STIFFNESS, outward_leaks, piston_leak
 from .line import LAGS, mean_viscosity
+from .moving_supply import hose_loss, pressure_at_rest, spilled
 from .oil import viscosity
 from .ports import port_flows
 from .states import border, border_length, chain_length, further, lag_length
@@ -19,6 +20,9 @@ from .states import border, border_length, chain_length, further, lag_length
 SMALLEST_OPENING = 1e-6
 BEYOND = 2e9
 """Pressure [Pa] at which the search for a state gives a line up: more than any machine holds."""
+
+SUPPLY_PASSES = 4
+"""Times that the pressure of a supply that moves is found anew from what the valve takes at it."""
 
 
 @kernel
@@ -84,28 +88,17 @@ def steady_state(
 
 
 @kernel
-def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: object) -> bool:
-    """Write the state at rest into y (ny,), see `steady_state`; arrays alone, so that it is compiled with an FMU.
+def balance(
+    F_hold: float, Pt: float, P_top: float, given: float, c: object, nodes_a: object, nodes_b: object
+) -> tuple[float, float, float, float, float]:
+    """Write both lines' node pressures with which the force is held, as `come_to_rest` says, under a supply of P_top
+    [Pa]; given: that, where the valve's flow does not lower it, else NaN.
 
-    The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
-    there, of a valve without null shift: what else the integral part has then is `controller.integral_start`. Unknown
-    is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q at one opening.
-    The difference of the lands' flows falls with P2, so bisection closes it.
+    Returns what both lines pass [m3/s], the spool's position, its flow at port b, and what is left of the balance.
     """
-    c = by_name(constants)
-    n, cylinder, compensator, p_am = int(c.line.segments), c.cylinder, c.compensator, c.sea.p_am
-    A_1, A_2 = cylinder.area_1, cylinder.area_2
-    x_c = compressed(c)
-    Pt = p_am + compensator.k_c * (compensator.precompression - x_c) / compensator.area
-    P_top = Pt + c.relief.p_set
-    given = nan
-    if c.supply.from_outside != 0.0:
-        Pt, P_top, given = P_r, P_s, P_s
-    nodes_a = np.empty(n + 1)
-    nodes_b = np.empty(n + 1)
+    n, p_am, A_1, A_2 = len(nodes_a) - 1, c.sea.p_am, c.cylinder.area_1, c.cylinder.area_2
     low, high = Pt, P_top
-    q_1, q_2, Q_b, surplus = 0.0, 0.0, 0.0, 0.0
-    x_v = 0.0
+    q_1, q_2, x_v, Q_b, surplus = 0.0, 0.0, 0.0, 0.0, 0.0
     for _ in range(100):
         P_2 = 0.5 * (low + high)
         P_1 = p_am + (F_hold + (P_2 - p_am) * A_2) / A_1
@@ -120,12 +113,38 @@ def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: ob
             x_v = SMALLEST_OPENING if q_2 >= 0.0 else -SMALLEST_OPENING
         Q_a, Q_b, _, _ = port_flows(x_v, Pa, Pb, Pt, given, c)
         surplus = Q_a - Q_b - (q_1 - q_2)
-        if P_2 in (low, high):  # as above
+        if P_2 in (low, high):  # two neighbours among the numbers
             break
         if surplus > 0.0:
             low = P_2
         else:
             high = P_2
+    return q_1, q_2, x_v, Q_b, surplus
+
+
+@kernel
+def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: object) -> bool:
+    """Write the state at rest into y (ny,), see `steady_state`; arrays alone, so that it is compiled with an FMU.
+
+    The spool stands where its flow replaces the piston's leakage q, and the integral part of the controller holds it
+    there, of a valve without null shift: what else the integral part has then is `controller.integral_start`. Unknown
+    is P2: the force gives P1, q follows, Eq. 22 gives both lines' losses, and both lands must pass q at one opening.
+    The difference of the lands' flows falls with P2, so bisection closes it.
+    """
+    c = by_name(constants)
+    n, cylinder, compensator, p_am = int(c.line.segments), c.cylinder, c.compensator, c.sea.p_am
+    A_1, A_2 = cylinder.area_1, cylinder.area_2
+    x_c = compressed(c)
+    Pt = p_am + compensator.k_c * (compensator.precompression - x_c) / compensator.area
+    nodes_a, nodes_b = np.empty(n + 1), np.empty(n + 1)
+    P_top, given = Pt + c.relief.p_set, nan
+    if c.supply.from_outside != 0.0:
+        Pt, P_top, given = P_r, P_s, P_s
+    q_1, q_2, x_v, Q_b, surplus = balance(F_hold, Pt, P_top, given, c, nodes_a, nodes_b)
+    for _ in range(SUPPLY_PASSES if c.supply.moves != 0.0 else 0):
+        taken = port_flows(x_v, nodes_a[n], nodes_b[n], Pt, P_top, c)[2]
+        P_top = Pt + pressure_at_rest(taken, c) - hose_loss(taken, P_top, c)
+        q_1, q_2, x_v, Q_b, surplus = balance(F_hold, Pt, P_top, P_top, c, nodes_a, nodes_b)
     held = abs(surplus) <= 1e-6 * c.pump.flow and abs(Q_b - q_2) <= 1e-6 * c.pump.flow
     if not held:
         q_1, q_2, x_v = 0.0, 0.0, 0.0
@@ -139,7 +158,7 @@ def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: ob
     s.p_a, s.p_1, s.p_2, s.p_b, s.p_t = nodes_a[n], nodes_a[0], nodes_b[0], nodes_b[n], Pt
     s.x_c, s.v_c, s.spool, s.spool_rate = x_c, 0.0, x_v, 0.0
     s.integral = x_v * c.valve.i_rated + c.controller.integral_start
-    rest_further(y, F_hold, c)
+    rest_further(y, F_hold, P_top, c)
     return held
 
 
@@ -154,7 +173,7 @@ def compressed(c: object) -> float:
 
 
 @kernel
-def rest_further(y: object, F_hold: float, c: object) -> None:
+def rest_further(y: object, F_hold: float, P_p: float, c: object) -> None:
     """Write the states behind the first ones of the border at rest.
 
     A loose rod lies against its eye, half its clearance ahead; the controller, which has come to rest too, asks for no
@@ -166,14 +185,10 @@ def rest_further(y: object, F_hold: float, c: object) -> None:
             y[b + border_length(c) + LAGS * k : b + border_length(c) + LAGS * (k + 1)] = y[flow_of(k, b)]
     if c.states.further == 0.0:
         return
-    z, P_p = further(y, c), s.p_t + c.relief.p_set
-    taken = port_flows(s.spool, s.p_a, s.p_b, s.p_t, P_p, c)[2]
+    z, taken = further(y, c), port_flows(s.spool, s.p_a, s.p_b, s.p_t, P_p, c)[2]
+    z.p_p, z.p_pump, z.Q_hose, z.Q_pump = P_p, P_p + hose_loss(taken, P_p, c), taken, taken
     if c.supply.lag > 0.0:
-        pump = c.effect.pump_dynamics
-        P_p -= pump.droop * c.relief.p_set * (max(taken, 0.0) / c.pump.flow) ** pump.power
-    eta = viscosity(P_p, c.oil.eta0, c.oil.alpha, c.effect.viscosity_law.share)
-    z.p_pump, z.Q_hose, z.Q_pump = P_p, taken, taken
-    z.p_p = P_p - c.supply.resistance * eta * taken
+        z.Q_pump += spilled(y, z.p_pump, s.p_t, c)
     push = F_hold / EYE_STIFFNESS
     half = 0.5 * c.effect.joint_clearance.gap
     z.x_r = push + half if F_hold > 0.0 else push - half

@@ -87,6 +87,7 @@ EFFECTS = (
     _effect("pump_dynamics.droop", 0.05, "1", 1e-3, 0.5, "share by which its pressure falls from no flow to all"),
     _effect("pump_dynamics.volume", 1e-3, "m3", 1e-5, 1.0, "oil between it and the valve"),
     _effect("pump_dynamics.power", 1.0, "1", 0.2, 3.0, "power of the flow that its pressure falls with, alike at all"),
+    _effect("pump_dynamics.roundness", 0.0, "1", 0.0, 1.0, "share of its droop over which the knees are round"),
     _effect("umbilical_supply.length", 0.0, "m", 0.0, 1e4, "length of the hose from the pump to the valve"),
     _effect("umbilical_supply.diameter", 0.012, "m", 1e-3, 0.5, "inner diameter of that hose"),
     _effect("filter_clogging.dp", 0.0, "Pa", 0.0, 1e8, "loss of a filter at the pump's flow, at the surface"),

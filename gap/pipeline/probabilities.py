@@ -8,20 +8,19 @@ import numpy as np
 
 from ...core.errors import SimulationError
 from ..analysis.budget import Alternative, budget
-from ..estimation.nuisances import usual_bias
-from ..problem.parameters import sensor_quantity
 from ..problem.stop import StopRequested
 from ..search.subsets import complete_subsets
 from ..selection.evidence import RankedHypothesis
 from ..selection.posterior import Evidence, apply_doubts, inclusions, posterior_of
 from ..selection.probability_calibration import ProbabilityCalibration
+from .absorbed_bias import absorbed_bias, energies_without_bias
 from .state import Inclusion, State
 
 
 def weigh_hypotheses(state: State) -> State:
     """Probabilities of all hypotheses that were looked at, and of every effect and group."""
     problem = state.problem
-    evidence = [_evidence(r) for r in state.ranked]
+    evidence = [_evidence(state, r) for r in state.ranked]
     posterior = posterior_of(evidence, ProbabilityCalibration.load(), len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
     effects, of_groups = inclusions(posterior, groups)
@@ -39,8 +38,9 @@ def weigh_hypotheses(state: State) -> State:
     return replace(state, inclusion=Inclusion(tempered, of_each_group, groups))
 
 
-def _evidence(r: RankedHypothesis) -> Evidence:
-    return Evidence(r.hypothesis.ids, r.structured_energy, r.terms["prior"], r.curvature)
+def _evidence(state: State, r: RankedHypothesis) -> Evidence:
+    without = energies_without_bias(state.problem, r, state.ranked)
+    return Evidence(r.hypothesis.ids, r.structured_energy, r.terms["prior"], r.curvature, without)
 
 
 def _doubts(state: State, members: frozenset[str]) -> list[float]:
@@ -96,23 +96,6 @@ def _residuals(
     subsets = complete_subsets(state.problem, fitted, r, state.nuisance_jacobian)
     fitted += [subset for subset in subsets.values() if subset not in fitted]
     return {
-        labels: state.residual_of(subset) + _bias_absorbed_by_nuisance(state, r, subset)
+        labels: state.residual_of(subset) + absorbed_bias(state.problem, state.scoring.observations, r, subset)
         for labels, subset in subsets.items()
     }
-
-
-def _bias_absorbed_by_nuisance(state: State, whole: RankedHypothesis, subset: RankedHypothesis) -> np.ndarray:
-    """What calibration's biases take over in a subset from a sensor's bias that the whole has as an effect: it is the
-    effect's work, for usual biases do not reach that far. Normalised, on the scoring data (n,)."""
-    observations = state.scoring.observations
-    taken_over = np.zeros(len(observations))
-    for c in whole.hypothesis.candidates:
-        for x in c.parameters:
-            connector, quantity = sensor_quantity(x.name)
-            if x.kind != "sensor" or quantity != "bias" or c.label in subset.hypothesis.labels:
-                continue
-            k = state.problem.labels.index(connector)
-            difference = subset.hypothesis.fit.nuisances[k] - whole.hypothesis.fit.nuisances[k]
-            in_channel = (observations.channel == k) & observations.takes_bias
-            taken_over[in_channel] += difference * usual_bias(state.problem, k) / observations.noise_std[in_channel]
-    return taken_over

@@ -29,6 +29,9 @@ class Evidence(NamedTuple):
     prior: float
     """-2 log of its prior probability."""
     curvature: Curvature = Curvature((), (), ())
+    without: Mapping[Ids, float] = {}
+    """Energies of sets of its other effects, where these leave more than they seem to: what calibration's biases take
+    over of a sensor's bias is no gap that is not there."""
 
 
 class Posterior(NamedTuple):
@@ -78,7 +81,8 @@ def expected_reduction(posterior: Posterior, members: frozenset[str]) -> float:
     for probability, e in zip(posterior.probability, posterior.evidence, strict=True):
         other_effects = set(e.ids) - members
         if len(other_effects) < len(e.ids):
-            without = min(x.energy for x in posterior.evidence if other_effects.issuperset(x.ids))
+            subsets = (x for x in posterior.evidence if other_effects.issuperset(x.ids))
+            without = min(e.without.get(x.ids, x.energy) for x in subsets)
             share = 1.0 - posterior.beyond_chance(e.energy) / posterior.beyond_chance(without)
             expected += float(probability) * max(0.0, share)
     return min(expected, 1.0)

@@ -304,8 +304,14 @@ def test_a_controller_long_at_work_has_made_up_for_a_null_shift():
         {"oil_temperature__T": 283.15},
         {"ambient_pressure_error__scale": 1.05},
         {"entrained_air__fraction": 0.02},
+        {"umbilical_supply__length": 200.0},
+        {"pump_dynamics__T": 0.05, "pump_dynamics__droop": 0.15},
+        {"pump_dynamics__T": 0.05, "pump_dynamics__power": 0.5},
+        {"pump_dynamics__T": 0.05, "pump_dynamics__roundness": 0.2},
+        {"pump_dynamics__T": 0.05, "pump_dynamics__roundness": 0.6, "pump_dynamics__droop": 0.3},
+        {"pump_dynamics__T": 0.05, "umbilical_supply__length": 200.0},
     ],
-    ids=lambda c: next(iter(c)),
+    ids=lambda c: " ".join(c),
 )
 @pytest.mark.parametrize("depth", [0.0, 9000.0])
 def test_rest_stays_rest_with_every_effect(depth, changes):

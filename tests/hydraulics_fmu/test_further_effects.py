@@ -9,6 +9,7 @@ from deepsea_cosim.hydraulics_fmu.constants import WARM_STEPS, by_name, constant
 from deepsea_cosim.hydraulics_fmu.cylinder import CREEP, cushion_loss, outward_leaks, piston_leak, viscous
 from deepsea_cosim.hydraulics_fmu.friction import bristle
 from deepsea_cosim.hydraulics_fmu.line import LAG_RATES, LAG_WEIGHTS, LAGS, fittings, half_at_chamber, turbulence
+from deepsea_cosim.hydraulics_fmu.moving_supply import characteristic, pressure_at_rest
 from deepsea_cosim.hydraulics_fmu.oil import emulsion, heavier, line_factor, modulus_factor
 from deepsea_cosim.hydraulics_fmu.states import border_length, chain_length
 from deepsea_cosim.hydraulics_fmu.supply import pump_flow, relief_pressure, return_pressure, sunk
@@ -160,6 +161,7 @@ def test_lags_follow_their_flow_and_cost_half_the_laminar_loss():
     {"umbilical_supply__length": 300.0, "counterbalance_valve__p_set": 8e6},
     {"pump_dynamics__T": 0.02, "filter_clogging__dp": 5e5, "filter_clogging__back": 0.4},
     {"pump_dynamics__T": 0.02, "pump_dynamics__power": 0.5},
+    {"pump_dynamics__T": 0.02, "pump_dynamics__roundness": 0.2},
 ], ids=lambda c: " ".join(c))  # fmt: skip
 def test_against_scipy(changes):
     """The same equations with another solver: only the integration can differ."""
@@ -394,6 +396,30 @@ def test_the_pressure_of_a_compensated_pump_falls_with_a_power_of_its_flow(power
     Q = out["Qa"]
     assert 2e-5 < Q < 1.4e-4
     assert out["Pp"] == pytest.approx(out["Pt"] + 20e6 * (1 - 0.1 * (Q / 1.45e-4) ** power), rel=1e-3)
+
+
+def test_round_knees_of_a_compensated_pump():
+    """Flow over pressure is the straight line averaged over a logistic distribution of its knees: far from these it is
+    that line, and its slope is steepest, tanh(1/(4 r)), in the middle, where half of the flow is given."""
+    x, r = np.linspace(-2.0, 3.0, 501), 0.15
+    share = np.array([characteristic(v, 1.0, r) for v in x])
+    width, density = 1e-3, lambda z: 1.0 / (4.0 * r * np.cosh(z / (2.0 * r)) ** 2)
+    knees = np.arange(-20.0 * r, 20.0 * r, width) + 0.5 * width
+    averaged = [np.sum(np.clip(v - knees, 0.0, 1.0) * density(knees)) * width for v in x]
+    assert share == pytest.approx(averaged, abs=1e-5)
+    assert characteristic(0.5, 1.0, r) == pytest.approx(0.5, abs=1e-12)
+    slope = (characteristic(0.5 + 1e-4, 1.0, r) - characteristic(0.5 - 1e-4, 1.0, r)) / 2e-4
+    assert slope == pytest.approx(np.tanh(1.0 / (4.0 * r)), rel=1e-6)
+    assert [characteristic(v, 1.0, 1e-3) for v in (-1.0, 0.25, 2.0)] == pytest.approx([0.0, 0.25, 1.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("taken", [0.0, 1e-8, 1e-6, 1e-4, 1.4e-4])
+def test_a_compensated_pump_with_round_knees_rests_where_it_gives_what_is_taken(taken):
+    c = Effected(pump_dynamics__T=0.05, pump_dynamics__roundness=0.3, pump_dynamics__power=0.8).c
+    x = (20e6 - pressure_at_rest(taken, c)) / (0.05 * 20e6)
+    given = c.pump.flow * characteristic(x, 0.8, 0.3)
+    back = c.pump.flow * max((1.0 - 0.05 * x) - 1.1, 0.0) / 0.05
+    assert given - back == pytest.approx(taken, rel=1e-6, abs=1e-9)
 
 
 def test_a_long_hose_loses_its_poiseuille_share():

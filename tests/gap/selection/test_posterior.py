@@ -43,6 +43,15 @@ def test_probabilities_add_up_and_follow_the_energies(calibration):
     assert np.argmax(found.probability) == 1
 
 
+def test_what_calibration_takes_over_of_an_effect_is_left_without_it():
+    """Both hypotheses leave little, but the one without the effect only as calibration does the effect's work."""
+    same = {(): 0.06, ("a",): 0.05}
+    evidence = [Evidence((), 0.06, 9.0), Evidence(("a",), 0.05, 0.0, without={(): 30.0})]
+    known = posterior_of(evidence, PLAIN, READINGS)
+    assert expected_reduction(known, frozenset("a")) == pytest.approx(known.probability[1], abs=0.01)
+    assert expected_reduction(weighed(same), frozenset("a")) < 0.5
+
+
 def test_odds_are_those_of_the_closed_form():
     """Energies of which nothing is chance or discrepancy: (E_b / E_a)^(n / 2), and exp(-price / 2)."""
     bare = ProbabilityCalibration(20.0, 0.0, 0.0, 0.0, 1.0, PLAIN.inclusion)
