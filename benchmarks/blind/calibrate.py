@@ -88,6 +88,7 @@ def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
         Evidence(
             tuple(h["effects"]), h["structured_energy"], h["terms"]["prior"],
             Curvature(*(tuple(h["curvature"][key]) for key in Curvature._fields)),
+            {tuple(w["effects"]): w["energy"] for w in h.get("without_bias", ())},
         )
         for h in found["hypotheses"]
     )  # fmt: skip

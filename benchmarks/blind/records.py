@@ -19,7 +19,7 @@ HYPOTHESIS = ("effects", "held_out_shared", "fit_rms", "unknowns")
 PART = ("kind", "group", "effects", "share", "ci95", "inclusion_probability", "within_group", "form", "rms")
 PARAMETER = ("value", "ci95", "at_bound")
 FIT = ("effects", "left", "deviance")
-TRIED = ("effects", "structured_energy", "fit_rms", "status", "curvature")
+TRIED = ("effects", "structured_energy", "fit_rms", "status", "curvature", "without_bias")
 TERMS = ("penalty", "occam", "prior")
 NONE, UNKNOWN = ("none",), ("unknown",)
 """What a diagnosis names where it names no effect."""

@@ -20,13 +20,14 @@ from .state import Inclusion, State
 def weigh_hypotheses(state: State) -> State:
     """Probabilities of all hypotheses that were looked at, and of every effect and group."""
     problem = state.problem
-    evidence = [_evidence(state, r) for r in state.ranked]
+    ranked = [replace(r, without_bias=energies_without_bias(problem, r, state.ranked)) for r in state.ranked]
+    evidence = [_evidence(r) for r in ranked]
     posterior = posterior_of(evidence, ProbabilityCalibration.load(), len(problem.observations))
     groups = {c.id: c.group for c in problem.candidates}
     effects, of_groups = inclusions(posterior, groups)
     order = np.argsort(-posterior.probability, kind="stable")
     state = replace(
-        state, ranked=tuple(state.ranked[k] for k in order),
+        state, ranked=tuple(ranked[k] for k in order),
         probabilities=tuple(float(posterior.probability[k]) for k in order),
     )  # fmt: skip
     tempered = {id: apply_doubts(p, _doubts(state, frozenset([id]))) for id, p in effects.items()}
@@ -38,9 +39,8 @@ def weigh_hypotheses(state: State) -> State:
     return replace(state, inclusion=Inclusion(tempered, of_each_group, groups))
 
 
-def _evidence(state: State, r: RankedHypothesis) -> Evidence:
-    without = energies_without_bias(state.problem, r, state.ranked)
-    return Evidence(r.hypothesis.ids, r.structured_energy, r.terms["prior"], r.curvature, without)
+def _evidence(r: RankedHypothesis) -> Evidence:
+    return Evidence(r.hypothesis.ids, r.structured_energy, r.terms["prior"], r.curvature, r.without_bias)
 
 
 def _doubts(state: State, members: frozenset[str]) -> list[float]:

@@ -295,7 +295,8 @@ def evidence(s: State) -> dict[str, Any]:
              "parameters": len(r.hypothesis.fit.normalised), "fit_rms": r.hypothesis.fit.rms, "held_out_rms": r.gap,
              "structured_energy": r.structured_energy, "dispersion": r.hypothesis.fit.dispersion,
              "status": r.hypothesis.fit.status, "neg2_log_posterior": r.neg2_log_posterior, "terms": r.terms,
-             "curvature": {key: list(values) for key, values in r.curvature._asdict().items()}}
+             "curvature": {key: list(values) for key, values in r.curvature._asdict().items()},
+             "without_bias": [{"effects": list(ids), "energy": e} for ids, e in r.without_bias.items()]}
             for r, p in zip(s.ranked, s.probabilities, strict=True)
         ],
         "structure": _structure(s),

@@ -13,7 +13,7 @@ elsewhere, for it counts every reading. All terms are those of one likelihood (`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import comb
 
@@ -40,6 +40,8 @@ class RankedHypothesis:
     neg2_log_posterior: float = 0.0
     terms: dict[str, float] = field(default_factory=dict)
     """What that is made of."""
+    without_bias: Mapping[tuple[str, ...], float] = field(default_factory=dict)
+    """Structured energies of sets that lack a sensor's bias that it has, by their effects."""
 
     @property
     def gap(self) -> float:
