@@ -92,6 +92,10 @@ class Tables:
         name: str = self.get(table, where, key, str)
         if "\0" in name or not name.strip():
             raise self.error(f"{where}: '{key}' = {name!r} is not the name of a file")
+        try:
+            (folder / name).is_file()
+        except OSError as fault:
+            raise self.error(f"{where}: '{key}' = {shown_value(name)}: {fault.strerror}") from None
         return folder / name
 
     def strings(self, table: dict[str, Any], where: str, key: str) -> tuple[str, ...]:

@@ -88,6 +88,11 @@ def _spec(path: Path) -> Any:
         mujoco.set_mju_user_warning(None)
     if (nan := next((text for text in warnings if "nan" in text.lower()), None)) is not None:
         raise PackageError(f"{path}: {_line(ValueError(nan))}")
+    try:
+        for elements in (spec.bodies, spec.joints, spec.geoms, spec.sites, spec.tendons, spec.equalities, spec.keys):
+            _ = [element.name for element in elements]
+    except UnicodeDecodeError:
+        raise PackageError(f"{path}: a name in it is no UTF-8 text") from None
     spec.compiler.fusestatic = spec.compiler.alignfree = False  # bodies and their frames are those of the file
     return spec
 

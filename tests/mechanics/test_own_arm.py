@@ -187,6 +187,13 @@ def test_what_cannot_be_is_one_line(tmp_path, text, water, words):
     assert "\n" not in str(caught.value)
 
 
+def test_a_name_that_is_no_text_is_one_line(tmp_path):
+    text = BAR.format(tilt=0, more="").encode()
+    (tmp_path / "arm.xml").write_bytes(text.replace(b'joint name="', b'joint name="\x8b', 1))
+    with pytest.raises(PackageError, match="a name in it is no UTF-8 text"):
+        read(tmp_path / "arm.xml")
+
+
 def test_bodies_without_geoms_are_in_no_water(tmp_path):
     text = BAR.replace('<geom name="beam" type="cylinder" fromto="0 0 0 1.605 0 0" size="0.05" mass="50"/>',
                        '<inertial pos="0.8 0 0" mass="50" diaginertia="0.1 10 10"/>')  # fmt: skip
