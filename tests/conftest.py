@@ -15,6 +15,13 @@ import pythonfmu  # noqa: F401  before an FMU that brings a copy of its own, whi
 REPOSITORY = Path(__file__).parent.parent
 PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus")
 
+LONGEST = (
+    "gap/test_diagnose.py", "master/test_isolation.py", "study/sweep/test_sweep.py", "fmus/test_portable.py",
+    "study/paper/test_paper.py", "fmus/test_container.py", "gap/test_accepted.py", "api/test_notebooks.py",
+    "benchmarks/test_generate.py", "gap/test_swinging.py", "gap/test_effect_forms.py", "gap/test_free_curves.py",
+)  # fmt: skip
+"""Files of more than forty seconds; those first that need none of our FMUs, which one worker makes meanwhile."""
+
 
 def _drop_stale_kernels() -> None:
     """Numba looks only at a kernel's own file: when any source changed, drop all compiled kernels (see core/jit.py)."""
@@ -36,6 +43,13 @@ def pytest_configure(config: pytest.Config) -> None:
     _drop_stale_kernels()
     if hasattr(config.option, "loadscopereorder"):  # xdist would begin the files of few and long tests last
         config.option.loadscopereorder = False
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first, so that no worker is left alone with one at the end."""
+    tests = REPOSITORY / "tests"
+    order = {tests / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path, len(order)))
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

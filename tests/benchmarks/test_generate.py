@@ -100,6 +100,7 @@ def test_effects_of_the_second_edition_come_in_other_forms():
     assert sum(form is not None for form in drawn) / len(drawn) == pytest.approx(1.0 / 3.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_size_is_the_one_wanted():
     case = draw(1, CLEAR, edition=1)
     (w,) = case.wrong

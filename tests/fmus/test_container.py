@@ -66,6 +66,7 @@ def test_start_values_are_those_of_the_scenario(built):
     assert found["hydraulics.depth"] == found["arm.depth"] == 11000.0
 
 
+@pytest.mark.slow
 def test_importers_compute_the_same(machine, tmp_path, monkeypatch):
     monkeypatch.setattr(cross_check, "STOP", 3.0)  # it begins to move at 2 s
     outcomes = cross_check.cross_check([machine], tmp_path)[machine.stem]
