@@ -22,7 +22,6 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -131,15 +130,16 @@ def swept(folder: Path, cases: int, workers: int, fault: str) -> str:
     begin = time.monotonic()
     with Cluster(workers, folder) as cluster:
 
-        def disturbing(once: Callable[[], bool]) -> None:
+        def disturbing() -> None:
             nonlocal faults
             while not over.wait(PERIOD):
                 cluster.renew()
-                if not once():
+                enough = fault == "none" or (fault == "scheduler" and faults > 0)
+                if not enough and (out / "cases.jsonl").exists():  # it is under way
                     disturb(fault, cluster, chance)
                     faults += 1
 
-        thread = threading.Thread(target=disturbing, args=(lambda: fault == "scheduler" and faults > 0,))
+        thread = threading.Thread(target=disturbing)
         thread.start()
         while calls < 5:
             calls += 1

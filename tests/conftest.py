@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 import pythonfmu  # noqa: F401  before an FMU that brings a copy of its own, which cannot build others
 
+for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # the threads of several workers wait for each other
+    os.environ.setdefault(_threads, "1")
+
 REPOSITORY = Path(__file__).parent.parent
 PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus")
 
