@@ -11,6 +11,7 @@ from math import exp
 
 import numpy as np
 
+from ..core.jit import kernel
 from ..core.sea import ambient_pressure
 from ..hydraulics_fmu.constants import by_name, constants
 from ..hydraulics_fmu.line import line_derivatives, steady_loss
@@ -66,6 +67,14 @@ P_VAPOUR = 3000.0
 """Vapour pressure of the oil [Pa]."""
 
 
+@kernel
+def fed_line(y: object, P_out: float, q: float, constants: object, f: object) -> None:
+    """Write the rates of a line's states y (2n,), its inlet node's pressure the last of them, into f; q flows in."""
+    c = by_name(constants)
+    line_derivatives(y, 0, len(y), pressure(y[-1], P_VAPOUR), P_out, c, f)
+    f[-1] = 2.0 * c.line.stiffness * (q - y[0])
+
+
 def line_response(
     alpha: float,
     nu0: float,
@@ -86,16 +95,15 @@ def line_response(
     from scipy.integrate import solve_ivp
 
     P_out = ambient_pressure(depth)
-    c = by_name(constants(HYDRAULICS.parameters({
+    row = constants(HYDRAULICS.parameters({
         "oil.rho": RHO, "oil.nu0": nu0, "oil.alpha": alpha, "oil.beta": BETA, "oil.p_vapour": P_VAPOUR,
         "line.length": length, "line.diameter": diameter, "line.segments": segments,
         "line.variable_viscosity": variable, "depth": depth,
-    })))  # fmt: skip
+    }))  # fmt: skip
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         f = np.empty_like(y)
-        line_derivatives(y, 0, len(y), pressure(y[-1], P_VAPOUR), P_out, c, f)
-        f[-1] = 2 * c.line.stiffness * ((Q if t >= rise else Q * t / rise) - y[0])
+        fed_line(y, P_out, Q if t >= rise else Q * t / rise, row, f)
         return f
 
     y0 = np.zeros(2 * segments)

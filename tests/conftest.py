@@ -16,12 +16,12 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # the threads of s
     os.environ.setdefault(_threads, "1")
 
 REPOSITORY = Path(__file__).parent.parent
-PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus")
+PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "study")
 
 LONGEST = (
     "gap/test_diagnose.py", "master/test_isolation.py", "study/sweep/test_sweep.py", "fmus/test_portable.py",
     "study/paper/test_paper.py", "fmus/test_container.py", "gap/test_accepted.py", "api/test_notebooks.py",
-    "benchmarks/test_generate.py", "gap/test_swinging.py", "gap/test_effect_forms.py", "gap/test_free_curves.py",
+    "gap/test_swinging.py", "gap/test_effect_forms.py", "gap/test_free_curves.py",
 )  # fmt: skip
 """Files of more than forty seconds; those first that need none of our FMUs, which one worker makes meanwhile."""
 

@@ -14,7 +14,7 @@ from benchmarks.blind.records import Record
 from benchmarks.blind.scoring.outcome import outcomes
 from benchmarks.blind.scoring.table import score
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 SEED = 5
 CASES = {176: "valve_dead_zone, 0.4 floors"}

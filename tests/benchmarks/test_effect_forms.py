@@ -31,7 +31,7 @@ from benchmarks.blind.supply import pump_flow, relief_flow, relief_pressure
 from benchmarks.blind.system import KEYS, valve
 from benchmarks.blind.water import arm, beam_drag, uneven_arm
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 TIMES = np.arange(0.0, 8.0, 0.01)
 MACHINE = Machine(depth=500.0, ramp_time=3.0, hold_time=0.5, t_start=1.0)

@@ -20,7 +20,7 @@ from benchmarks.blind.records import load
 from benchmarks.blind.ruler import Ruler
 from benchmarks.blind.system import KEYS
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 SHIPPED = tomllib.loads((Path(ssp.__file__).parent / "scenarios" / "deepsea" / "effects.toml").read_text())
 RECORDS = Path(effect_forms.__file__).parent / "records"
@@ -100,7 +100,6 @@ def test_effects_of_the_second_edition_come_in_other_forms():
     assert sum(form is not None for form in drawn) / len(drawn) == pytest.approx(1.0 / 3.0, abs=0.05)
 
 
-@pytest.mark.slow
 def test_size_is_the_one_wanted():
     case = draw(1, CLEAR, edition=1)
     (w,) = case.wrong

@@ -16,7 +16,7 @@ from benchmarks.blind.plant import column, rest_state, simulate
 from benchmarks.blind.supply import compensated, filtered, relief_flow
 from tests.reference import monolith
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 GRID = np.arange(0.0, 22.0005, 1e-3)
 COARSE = np.arange(0.0, 12.0, 0.01)

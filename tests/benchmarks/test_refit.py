@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind.plant import PlantError
 from benchmarks.blind.refit import left_by_refit
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 T = np.arange(400) / 100.0
 PARTS = [(400, 100.0)]

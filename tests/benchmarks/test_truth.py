@@ -14,7 +14,7 @@ from benchmarks.blind.records import Record, load, merge
 from benchmarks.blind.ruler import Ruler
 from benchmarks.blind.truth import budget, case_of, complete, left_by_subset, shapley, subsets, told
 
-pytestmark = pytest.mark.usefixtures("plant")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("plant")]
 
 PAIR = 10
 """A small case of seed 1 with two effects."""
