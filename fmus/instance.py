@@ -123,6 +123,8 @@ class Instance:
         self._clock = np.zeros(1)
         self.phase = INSTANTIATED
         self._restoring = False
+        self._built_from = b""
+        """What the model was last built from; nothing where it has moved on since."""
         if self.has_front:
             arrays = (self.values, self._low, self._high, self._roles, self._stale, self._clock, self._pending)
             places = " ".join(f"{array.ctypes.data:#x}" for array in arrays)
@@ -318,7 +320,7 @@ class Instance:
     def _restore(self, state: dict[str, Any]) -> None:
         """Back to what `_present` gave."""
         self.values[:] = state["values"]
-        self.time, self.phase = state["time"], state["phase"]
+        self.time, self.phase, self._built_from = state["time"], state["phase"], b""
         if state["model"] is not None:
             self._restoring = True
             try:
@@ -400,9 +402,17 @@ class Instance:
     def _refresh(self) -> None:
         """Bring the outputs up to date with inputs and parameters."""
         if self.phase in (INSTANTIATED, INITIALISING):
-            self.build(self._parameters())
+            given = self._given()
+            if given != self._built_from:  # importers read and set in turn until all is consistent
+                self.build(self._parameters())
+                self._built_from = given
         self.outputs()
         self._settle()
+
+    def _given(self) -> bytes:
+        """All that `build` goes by: the time, parameters and inputs."""
+        first, behind = min(self._outputs), max(self._outputs) + 1
+        return b"".join(x.tobytes() for x in (self._clock, self.values[:first], self.values[behind:]))
 
     def _settle(self) -> None:
         """Declare the outputs up to date after a look at whether they are finite."""

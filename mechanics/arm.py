@@ -45,7 +45,7 @@ class Arm:
         """instead: an arm that is not used any more; making MuJoCo's data anew takes most of the time."""
         check_buildable(p["theta0"], p["rod_eye_radius"], p["base_x"], p["base_y"])
         plain, p = p, with_effects(p)
-        self.model = compiled(mjcf(p))
+        self.model = compiled(mjcf(p, scenery=False))
         if instead is not None and instead.model is self.model:
             self.data = instead.data
             mujoco.mj_resetData(self.model, self.data)

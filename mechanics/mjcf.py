@@ -14,6 +14,12 @@ from math import pi
 
 from ..core.sea import GRAVITY
 
+SKY = """<visual><global offwidth="1280" offheight="960"/></visual>
+  <asset>
+    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.55 0.75 0.9" rgb2="0.05 0.15 0.3"
+             width="64" height="64"/>
+  </asset>"""
+
 
 def _tube(mass: float, length: float, diameter: float, middle: float) -> str:
     """Inertial element of a homogeneous round bar along x with its middle at x = middle."""
@@ -22,8 +28,13 @@ def _tube(mass: float, length: float, diameter: float, middle: float) -> str:
     return f'<inertial pos="{middle!r} 0 0" mass="{mass!r}" diaginertia="{along!r} {across!r} {across!r}"/>'
 
 
-def mjcf(p: Mapping[str, float]) -> str:
-    """The MJCF text for the parameters of the variable table."""
+def mjcf(p: Mapping[str, float], scenery: bool = True) -> str:
+    """The MJCF text for the parameters of the variable table; without scenery, which takes time to compile and in each
+    step, only what moves."""
+
+    def seen(text: str) -> str:
+        return text if scenery else ""
+
     p = {name: float(value) for name, value in p.items()}
     beam_L, beam_D = p["beam_length"], p["beam_diameter"]
     barrel_L, barrel_D = p["barrel_length"], p["barrel_diameter"]
@@ -43,37 +54,35 @@ def mjcf(p: Mapping[str, float]) -> str:
     return f"""<mujoco model="deepsea_arm">
   <compiler angle="radian" inertiafromgeom="false" balanceinertia="false"/>
   <option gravity="0 0 {-GRAVITY!r}" timestep="0.001"/>
-  <visual><global offwidth="1280" offheight="960"/></visual>
-  <asset>
-    <texture name="sky" type="skybox" builtin="gradient" rgb1="0.55 0.75 0.9" rgb2="0.05 0.15 0.3"
-             width="64" height="64"/>
-  </asset>
+  {seen(SKY)}
   <default><geom contype="0" conaffinity="0"/></default>
   <worldbody>
-    <light pos="0 -3 4" dir="0 0.6 -0.8"/>
-    <camera name="side" pos="{beam_L / 2!r} {-3.2 * beam_L!r} {beam_L / 4!r}" xyaxes="1 0 0 0 0 1"/>
-    <geom name="pedestal" type="box" size="0.05 0.08 {abs(p["base_y"]) / 2 + 0.05!r}"
-          pos="0 0 {p["base_y"] / 2 - 0.06!r}" rgba="0.4 0.4 0.45 1"/>
+    {seen(f'<light pos="0 -3 4" dir="0 0.6 -0.8"/>'
+          f'<camera name="side" pos="{beam_L / 2!r} {-3.2 * beam_L!r} {beam_L / 4!r}" xyaxes="1 0 0 0 0 1"/>'
+          f'<geom name="pedestal" type="box" size="0.05 0.08 {abs(p["base_y"]) / 2 + 0.05!r}" '
+          f'pos="0 0 {p["base_y"] / 2 - 0.06!r}" rgba="0.4 0.4 0.45 1"/>')}
     <body name="beam" gravcomp="{beam_lift!r}">
       <joint name="theta" type="hinge" axis="0 -1 0"/>
       {_tube(p["beam_mass"], beam_L, beam_D, beam_L / 2.0)}
-      <geom name="beam" type="capsule" fromto="0 0 0 {beam_L!r} 0 0" size="{beam_D / 2!r}" rgba="0.95 0.75 0.2 1"/>
+      {seen(f'<geom name="beam" type="capsule" fromto="0 0 0 {beam_L!r} 0 0" size="{beam_D / 2!r}" '
+            f'rgba="0.95 0.75 0.2 1"/>')}
       <site name="beam_eye" pos="{p["rod_eye_radius"]!r} 0 0"/>
       <body name="load" pos="{beam_L + p["effect.payload_error.along"]!r} 0 0">
         <inertial pos="0 0 0" mass="{max(load, 1e-9)!r}" diaginertia="1e-9 1e-9 1e-9"/>
-        <geom name="load" type="sphere" size="{max(beam_D, 0.02)!r}" rgba="0.7 0.2 0.2 1"/>
+        {seen(f'<geom name="load" type="sphere" size="{max(beam_D, 0.02)!r}" rgba="0.7 0.2 0.2 1"/>')}
       </body>
     </body>
     <body name="barrel" gravcomp="{barrel_lift!r}" pos="{p["base_x"]!r} 0 {p["base_y"]!r}">
       <joint name="phi" type="hinge" axis="0 -1 0"/>
       {_tube(p["barrel_mass"], barrel_L, barrel_D, barrel_L / 2.0)}
-      <geom name="barrel" type="cylinder" fromto="0 0 0 {barrel_L!r} 0 0" size="{barrel_D / 2!r}"
-            rgba="0.3 0.35 0.4 1"/>
+      {seen(f'<geom name="barrel" type="cylinder" fromto="0 0 0 {barrel_L!r} 0 0" size="{barrel_D / 2!r}" '
+            f'rgba="0.3 0.35 0.4 1"/>')}
       <body name="rod">
         <joint name="length" type="slide" axis="1 0 0"/>
         <inertial pos="{centre!r} 0 0" mass="{mass!r}"
                   diaginertia="{max(rod * rod_D**2 / 8.0, 1e-9)!r} {across!r} {across!r}"/>
-        <geom name="rod" type="cylinder" fromto="{-rod_L!r} 0 0 0 0 0" size="{rod_D / 2!r}" rgba="0.85 0.85 0.9 1"/>
+        {seen(f'<geom name="rod" type="cylinder" fromto="{-rod_L!r} 0 0 0 0 0" size="{rod_D / 2!r}" '
+              f'rgba="0.85 0.85 0.9 1"/>')}
         <site name="rod_eye" pos="0 0 0"/>
       </body>
     </body>

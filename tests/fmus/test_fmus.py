@@ -342,6 +342,22 @@ def test_state_goes_back_bitwise(instance, model):
     other.freeFMUstate(copy)
 
 
+def test_a_start_that_is_gone_back_to_is_a_start(instance, model):
+    """Nothing is set in between: yet the model has moved on, and is built anew."""
+    it = instance(model)
+    it.setupExperiment(startTime=0.0)
+    it.enterInitializationMode()
+    at_start, state = it.all_outputs(), it.getFMUstate()
+    it.exitInitializationMode()
+    for k in range(100):
+        set_moving_inputs(it, model, k)
+        it.doStep(k * 1e-3, 1e-3)
+    assert it.all_outputs() != at_start
+    it.setFMUstate(state)
+    it.exitInitializationMode()
+    assert it.all_outputs() == at_start
+
+
 def test_reset_is_a_new_start(instance):
     it = instance("DeepseaArm").start(load_weight=1200.0)
     it.doStep(0.0, 0.1)
