@@ -342,6 +342,7 @@ def test_state_goes_back_bitwise(instance, model):
     other.freeFMUstate(copy)
 
 
+@pytest.mark.parametrize("model", MODELS)
 def test_a_start_that_is_gone_back_to_is_a_start(instance, model):
     """Nothing is set in between: yet the model has moved on, and is built anew."""
     it = instance(model)
