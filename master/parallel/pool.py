@@ -223,11 +223,23 @@ def cluster(address: str | None) -> Iterator[Executor | None]:
         client = connect(address, timeout=CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:
         raise UsageError(f"--dask {address}: no scheduler answers there ({error})") from None
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told in a line
-    with client:
+    for name in ("distributed", "distributed.client", "tornado", "asyncio"):  # a lost scheduler is told in a line
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
         if not client.scheduler_info()["workers"]:
             print(f"--dask {address}: there are no workers yet; this waits for them", file=sys.stderr)
         yield DaskExecutor(client)
+    finally:
+        _close(client)
+
+
+def _close(client: Any) -> None:
+    """Leave the cluster. Where its scheduler is gone the client may stumble as it closes (distributed 2026.8: over its
+    own futures), and would try again for 20 s when it is freed."""
+    try:
+        client.close()
+    except (RuntimeError, OSError):  # TimeoutError is one of the latter
+        client.status = "closed"
 
 
 class Pool:
