@@ -402,14 +402,14 @@ class Instance:
     def _refresh(self) -> None:
         """Bring the outputs up to date with inputs and parameters."""
         if self.phase in (INSTANTIATED, INITIALISING):
-            given = self._given()
+            given = self._bytes_given()
             if given != self._built_from:  # importers read and set in turn until all is consistent
                 self.build(self._parameters())
                 self._built_from = given
         self.outputs()
         self._settle()
 
-    def _given(self) -> bytes:
+    def _bytes_given(self) -> bytes:
         """All that `build` goes by: the time, parameters and inputs."""
         first, behind = min(self._outputs), max(self._outputs) + 1
         return b"".join(x.tobytes() for x in (self._clock, self.values[:first], self.values[behind:]))

@@ -15,7 +15,7 @@ import pytest
 from benchmarks.same_diagnoses.commits import links
 
 REPOSITORY = Path(__file__).parent.parent
-FOLDERS = ("api", "benchmarks", "core", "fmus", "gap", "hydraulics_fmu", "master", "mechanics", "ssp", "tests")
+FOLDERS = ("api", "benchmarks", "core", "fmus", "gap", "hydraulics_fmu", "master", "mechanics", "ssp", "study", "tests")
 
 EDIT = re.compile(
     r"^`(?P<path>[\w./]+)`, (?P<where>new|at the end|below `(?P<below>[^`]+)`|above `(?P<above>[^`]+)`):\n\n"
