@@ -117,12 +117,15 @@ class Instance:
         self._pending = np.zeros(1, dtype=np.int64)
         """What a step has returned that the front library made, for `advance` to go on from."""
         self.row = np.zeros(0)
-        self.out = self.values[min(self._outputs) : max(self._outputs) + 1]
+        first, behind = min(self._outputs), max(self._outputs) + 1
+        self.out = self.values[first:behind]
         """The outputs' part of `values`; the table has them in a row."""
         self._zeros = np.zeros(len(self.out))
         self._clock = np.zeros(1)
         self.phase = INSTANTIATED
         self._restoring = False
+        self._goes_by = (self._clock, self.values[:first], self.values[behind:])
+        """All that `build` goes by: the time, parameters and inputs."""
         self._built_from = b""
         """What the model was last built from; nothing where it has moved on since."""
         if self.has_front:
@@ -402,17 +405,12 @@ class Instance:
     def _refresh(self) -> None:
         """Bring the outputs up to date with inputs and parameters."""
         if self.phase in (INSTANTIATED, INITIALISING):
-            given = self._bytes_given()
+            given = b"".join(x.tobytes() for x in self._goes_by)
             if given != self._built_from:  # importers read and set in turn until all is consistent
                 self.build(self._parameters())
                 self._built_from = given
         self.outputs()
         self._settle()
-
-    def _bytes_given(self) -> bytes:
-        """All that `build` goes by: the time, parameters and inputs."""
-        first, behind = min(self._outputs), max(self._outputs) + 1
-        return b"".join(x.tobytes() for x in (self._clock, self.values[:first], self.values[behind:]))
 
     def _settle(self) -> None:
         """Declare the outputs up to date after a look at whether they are finite."""

@@ -28,6 +28,20 @@ def _tube(mass: float, length: float, diameter: float, middle: float) -> str:
     return f'<inertial pos="{middle!r} 0 0" mass="{mass!r}" diaginertia="{along!r} {across!r} {across!r}"/>'
 
 
+def _rod_and_piston(p: Mapping[str, float]) -> str:
+    """Inertial element of both as one body along x, whose eye is at x = 0."""
+    rod, piston, rod_L, rod_D = p["rod_mass"], p["piston_mass"], p["rod_length"], p["rod_diameter"]
+    mass = rod + piston
+    centre = -(rod * rod_L / 2.0 + piston * rod_L) / mass
+    across = 1e-9 + (
+        rod * (3.0 * (rod_D / 2.0) ** 2 + rod_L**2) / 12.0
+        + rod * (centre + rod_L / 2.0) ** 2
+        + piston * (centre + rod_L) ** 2
+    )
+    along = max(rod * rod_D**2 / 8.0, 1e-9)
+    return f'<inertial pos="{centre!r} 0 0" mass="{mass!r}" diaginertia="{along!r} {across!r} {across!r}"/>'
+
+
 def mjcf(p: Mapping[str, float], scenery: bool = True) -> str:
     """The MJCF text for the parameters of the variable table; without scenery, which takes time to compile and in each
     step, only what moves."""
@@ -42,15 +56,6 @@ def mjcf(p: Mapping[str, float], scenery: bool = True) -> str:
     beam_lift = p["rho_s"] * pi * beam_D**2 / 4.0 * beam_L / p["beam_mass"]
     barrel_lift = p["rho_s"] * pi * barrel_D**2 / 4.0 * barrel_L / p["barrel_mass"]
     load = p["load_weight"] / GRAVITY
-    # rod and piston as one body: mass, centre and moment about the centre, from the eye at x = 0
-    rod, piston = p["rod_mass"], p["piston_mass"]
-    mass = rod + piston
-    centre = -(rod * rod_L / 2.0 + piston * rod_L) / mass
-    across = 1e-9 + (
-        rod * (3.0 * (rod_D / 2.0) ** 2 + rod_L**2) / 12.0
-        + rod * (centre + rod_L / 2.0) ** 2
-        + piston * (centre + rod_L) ** 2
-    )
     return f"""<mujoco model="deepsea_arm">
   <compiler angle="radian" inertiafromgeom="false" balanceinertia="false"/>
   <option gravity="0 0 {-GRAVITY!r}" timestep="0.001"/>
@@ -79,8 +84,7 @@ def mjcf(p: Mapping[str, float], scenery: bool = True) -> str:
             f'rgba="0.3 0.35 0.4 1"/>')}
       <body name="rod">
         <joint name="length" type="slide" axis="1 0 0"/>
-        <inertial pos="{centre!r} 0 0" mass="{mass!r}"
-                  diaginertia="{max(rod * rod_D**2 / 8.0, 1e-9)!r} {across!r} {across!r}"/>
+        {_rod_and_piston(p)}
         {seen(f'<geom name="rod" type="cylinder" fromto="{-rod_L!r} 0 0 0 0 0" size="{rod_D / 2!r}" '
               f'rgba="0.85 0.85 0.9 1"/>')}
         <site name="rod_eye" pos="0 0 0"/>

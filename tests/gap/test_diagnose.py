@@ -285,6 +285,7 @@ BAD = {
     "a number of 400 digits": (lambda text: text.replace("0.2", "9" * 400), "is not finite"),
     "no file": (lambda text: text.replace("run0.csv", "a\\u0000"), "is not the name of a file"),
     "a name of 300 letters": (lambda text: text.replace("run0.csv", "a" * 300), "name too long"),
+    "a package's name of 300 letters": (lambda text: text.replace("toy.ssp", "a" * 300), "name too long"),
     "a moment in ms": (
         lambda text: text.replace('"run0.csv"', '"run0.csv"\n[[run.event]]\nconnector = "o.x"\ntarget = 0.01\n'
                                   'within = 0.001\nafter = 0.0\nstd = 0.1\ntime = 7625'), "is it in seconds?"),

@@ -39,9 +39,9 @@ def test_a_bias_that_calibration_takes_over_is_the_effects():
     bias = effect("sensor_bias(b.y)", "sensor", "sensor.b.y.bias")
     friction = effect("friction", "effect", "a.effect.friction.F")
     whole = ranked([0.2, 0.5], bias, friction)
-    without = absorbed_bias(problem, observations, whole, ranked([0.1, 60.5], friction))
+    without = absorbed_bias(problem, observations, whole, ranked([0.1, 6.5], friction))
     assert without[:2].tolist() == [0.0, 0.0]
-    assert without[2:] == pytest.approx(60.0 * usual_bias(problem, 1) / 0.5)
+    assert without[2:] == pytest.approx(6.0 * usual_bias(problem, 1) / 0.5)
     assert not absorbed_bias(problem, observations, whole, ranked([0.1, 0.4], bias)).any()
     assert not absorbed_bias(problem, observations, whole, whole).any()
 
