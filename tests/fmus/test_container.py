@@ -24,29 +24,62 @@ def machine(built, tmp_path_factory):
     return container(built / "deepsea_6km.ssp", tmp_path_factory.mktemp("one"))
 
 
+OUTPUTS = [v.name for v in DeepseaMachine.table.of("output")]
+CHANGES = {"arm.load_weight": 900.0, "hydraulics.oil.nu0": 3e-5}
+
+
+@pytest.fixture(scope="module")
+def coupled(built, tmp_path_factory):
+    """The run of the two FMUs, with parameters set, and with the arm's beginning of the stroke."""
+    changes = tuple((name, f"{value!r}") for name, value in CHANGES.items())
+    folder = tmp_path_factory.mktemp("two")
+    found = run(built / "deepsea_6km.ssp", folder, Options(stop_time=3.0, changes=changes)).frame()
+    assert np.ptp(found["arm.x_h"]) > 0.01
+    return found[OUTPUTS].to_numpy()
+
+
+def stepped(changes, step, stop):
+    """Outputs (n + 1, outputs) of the class that the FMU consists of, without FMI."""
+    it = DeepseaMachine(instance_name="it", resources="", visible=False, logger=0)
+    for name, value in changes.items():
+        it.values[it.table.index(name)] = value
+    places = [it.table.index(name) for name in OUTPUTS]
+    it.setup_experiment(0.0)
+    it.enter_initialization_mode()
+    it.exit_initialization_mode()
+    rows = [it.get_real(places)]
+    for k in range(round(stop / step)):
+        assert it.do_step(k * step, step)
+        rows.append(it.get_real(places))
+    return np.array(rows)
+
+
+def test_its_class_is_bitwise_the_coupled_run(coupled, built):
+    starts = starts_of(built / "deepsea_6km.ssp", DeepseaMachine.table)
+    assert np.array_equal(stepped({**starts, **CHANGES}, 1e-3, 3.0), coupled)
+
+
+def test_a_longer_step_is_cut():
+    soon = {"hydraulics.command.t_start": 0.0}
+    fine, long = stepped(soon, 1e-3, 2.0), stepped(soon, 1e-2, 2.0)
+    place = OUTPUTS.index("arm.x_h")
+    assert np.ptp(fine[:, place]) > 0.01
+    assert long[:, place] == pytest.approx(fine[::10, place], abs=1e-12)
+
+
+@pytest.mark.slow
 def test_validation_finds_nothing(machine):
     assert [str(problem) for problem in validate_fmu(str(machine))] == []
     check.exercise(machine)
 
 
-def test_it_is_bitwise_the_coupled_run(machine, built, tmp_path):
-    """Also with parameters set, and the arm's beginning of the stroke."""
-    change = (("arm.load_weight", "900"), ("hydraulics.oil.nu0", "3e-5"))
-    coupled = run(built / "deepsea_6km.ssp", tmp_path / "two", Options(stop_time=3.0, changes=change)).frame()
+@pytest.mark.slow
+def test_the_fmu_is_bitwise_the_coupled_run(machine, coupled, tmp_path):
     path = package(tmp_path / "p.ssp", {"m": machine}, stop=3.0, step=1e-3)
-    one = run(path, tmp_path / "one", Options(changes=tuple((f"m.{name}", value) for name, value in change))).frame()
-    names = [v.name for v in DeepseaMachine.table.of("output")]
-    assert np.ptp(coupled["arm.x_h"]) > 0.01
-    for name in names:
-        assert np.array_equal(one[f"m.{name}"], coupled[name]), name
-
-
-def test_a_longer_step_is_cut(machine, tmp_path):
-    soon = Options(changes=(("m.hydraulics.command.t_start", "0"),))
-    fine = run(package(tmp_path / "a.ssp", {"m": machine}, stop=2.0, step=1e-3), tmp_path / "a", soon).frame()
-    long = run(package(tmp_path / "b.ssp", {"m": machine}, stop=2.0, step=1e-2), tmp_path / "b", soon).frame()
-    assert np.ptp(fine["m.arm.x_h"]) > 0.01
-    assert long["m.arm.x_h"].to_numpy() == pytest.approx(fine["m.arm.x_h"].to_numpy()[::10], abs=1e-12)
+    changes = tuple((f"m.{name}", f"{value!r}") for name, value in CHANGES.items())
+    one = run(path, tmp_path / "one", Options(changes=changes)).frame()
+    for name, values in zip(OUTPUTS, coupled.T, strict=True):
+        assert np.array_equal(one[f"m.{name}"], values), name
 
 
 def test_a_freed_machine_is_gone_at_once():
@@ -73,7 +106,7 @@ def test_importers_compute_the_same(machine, tmp_path, monkeypatch):
     ran = [o for o in outcomes.values() if o.values is not None]
     assert ran
     assert max(o.deviation for o in ran) <= 1e-9
-    place = [v.name for v in DeepseaMachine.table.of("output")].index("arm.x_h")
+    place = OUTPUTS.index("arm.x_h")
     assert np.ptp(ran[0].values[:, place]) > 0.01  # it does move
 
 
