@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from dataclasses import dataclass
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,8 @@ class Fit:
     converged: bool = False
     unfinished: bool = False
     """It was asked to stop on its way."""
+    averaged: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Of periods, by name, the derivative (n,) by what they do on the average over many turns."""
 
     @property
     def point(self) -> dict[str, float]:

@@ -25,7 +25,8 @@ from .sizes import between, grid
 def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
     """The value of a period, normalised, that serves best with all else as it is at a point.
 
-    It is looked for in the run that is missed most there.
+    It is looked for in the run that is missed most there; of the best local minima that one is taken which leaves least
+    of all runs: of one run, a wrong one may leave as little as the right one.
     """
     settings, search = problem.settings.search, _OneRun(problem, x, point)
     u, window = search.smoothed_minimum(), search.begin + settings.period_window
@@ -44,11 +45,9 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
         window *= 2.0
         spacing = x.shift(best[0], window, settings.period_spacing)
         tried = [v + k * x.shift(v, window, settings.period_spacing) for v in best for k in (-1.0, 0.0, 1.0)]
-    u = best[0]
-    for part in (0.5, 0.25):
-        step = part * x.shift(u, search.end, settings.period_spacing)
-        u = next(iter(search.best([u - step, u, u + step], search.end)), u)
-    return u
+    refined = [search.refined(u) for u in best]
+    left = search.left(problem, refined)
+    return min(left, key=lambda v: left[v], default=u)
 
 
 def _apart(ordered: Sequence[float], distance: float) -> list[float]:
@@ -91,8 +90,19 @@ class _OneRun:
     def best(self, values: Sequence[float], until: float) -> list[float]:
         """Those values at which the model runs, the one that leaves least of the run until then [s] first."""
         inside = sorted({min(max(v, self.x.low), self.x.high) for v in values if v != 0.0})
-        left = {v: rms(at.residual) for v, at in self._profiled(self.problem.until(until), inside).items()}
+        left = self.left(self.problem.until(until), inside)
         return sorted(left, key=lambda v: left[v])
+
+    def refined(self, u: float) -> float:
+        """What is best of the run near to a value."""
+        for part in (0.5, 0.25):
+            step = part * self.x.shift(u, self.end, self.problem.settings.search.period_spacing)
+            u = next(iter(self.best([u - step, u, u + step], self.end)), u)
+        return u
+
+    def left(self, problem: Problem, values: Sequence[float]) -> dict[float, float]:
+        """Normalised RMS that each of these values leaves of a problem's runs; those that do not run are left out."""
+        return {v: rms(at.residual) for v, at in self._profiled(problem, values).items()}
 
     def _profiled(self, problem: Problem, values: Sequence[float]) -> dict[float, ProfiledPoint]:
         profiled = {}

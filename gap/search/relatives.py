@@ -121,8 +121,9 @@ def _swaps(
             _trial(s, size) for label, s in nearest.items()
             for size in between(swaps[label], s.point[s.relative.main.name])
         ]  # fmt: skip
-    if not is_adequate(problem, best.fit) and not problem.stop_requested:
-        periodic = [s for s in nearest.values() if s.relative.main.longest_run]
+    if not problem.stop_requested:
+        reach = settings.period_within * best.fit.rms if is_adequate(problem, best.fit) else np.inf
+        periodic = [s for s in nearest.values() if s.relative.main.longest_run and s.rms_left < reach]
         trials = [_trial(s, find_period(problem, s.relative.main, s.point)) for s in periodic]
         for swap in _simulated(problem, best, replaced, trials, nuisance_jacobian):
             label = swap.relative.label

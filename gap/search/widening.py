@@ -35,4 +35,18 @@ def widen_derivatives(
             validated = {f: cross_validate(problem, f, nuisance_jacobian) for f in (wide, with_own_jacobian)}
             best = min(validated, key=lambda f: validated[f].structured_energy)
             widened[k] = replace(widened[k], fit=best)
+    for k in chosen:
+        widened[k] = _with_averaged_periods(problem, widened[k])
     return widened
+
+
+def _with_averaged_periods(problem: Problem, h: Hypothesis) -> Hypothesis:
+    """With the derivatives by its periods over many of their turns, if it has some and these run."""
+    averaged = {}
+    for x in (x for x in h.fit.parameters if x.longest_run):
+        u, share = h.fit.point[x.name], problem.settings.search.period_average
+        beside = [min(max(v, x.low), x.high) for v in (u * (1.0 - share), u * (1.0 + share))]
+        less, more = problem.evaluate([{**h.fit.point, x.name: v} for v in beside])
+        if less is not None and more is not None and beside[1] > beside[0]:
+            averaged[x.name] = (more - less) / (beside[1] - beside[0])
+    return replace(h, fit=replace(h.fit, averaged=averaged)) if averaged else h

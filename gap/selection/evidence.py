@@ -50,10 +50,17 @@ class RankedHypothesis:
 
 
 def curvature(problem: Problem, fit: Fit, nuisance_jacobian: np.ndarray) -> Curvature:
-    """How a fit's cost changes around it; nuisances count as parameters whose prior has a standard deviation of 1."""
+    """How a fit's cost changes around it; nuisances count as parameters whose prior has a standard deviation of 1.
+
+    A period counts by what it does on the average: its minimum is a thousandth wide, but one of hundreds that are
+    nearly as deep, and all of them together are what the data leave of its range.
+    """
     nuisances = nuisance_jacobian.shape[1]
+    jacobian = fit.jacobian.copy()
+    for k, x in enumerate(fit.parameters):
+        jacobian[:, k] = fit.averaged.get(x.name, jacobian[:, k])
     sd = np.array([*(x.sd for x in fit.parameters), *[1.0] * nuisances])
-    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, fit.jacobian, nuisance_jacobian)
+    linearised = LinearisedModel.around(problem, fit.normalised, fit.model, jacobian, nuisance_jacobian)
     gram = linearised.gram * np.outer(sd, sd) / len(problem.observations)
     biases = np.where(np.arange(nuisances) < fit.channels, fit.nuisances, 0.0)  # clocks may differ as they like
     energy, directions = np.linalg.eigh(gram)

@@ -10,6 +10,9 @@ from deepsea_cosim.gap.problem.parameters import EffectCandidate, EstimatedParam
 from deepsea_cosim.gap.search.periods import find_period
 from deepsea_cosim.gap.search.polish import polish
 from deepsea_cosim.gap.search.relatives import swap_relatives
+from deepsea_cosim.gap.search.widening import widen_derivatives
+from deepsea_cosim.gap.selection.evidence import curvature
+from deepsea_cosim.gap.selection.hypothesis import is_adequate
 
 from .made import T, posed, start
 
@@ -91,3 +94,26 @@ def test_a_difference_by_a_period_shifts_the_end_by_a_part_of_a_turn_only():
     assert turns == pytest.approx(0.1, rel=0.01)
     assert x.longest_difference(0.0, 0.1) == np.inf, "nothing comes again"
     assert replace(x, longest_run=0.0).longest_difference(8.0, 0.1) == np.inf
+
+
+def test_a_period_is_looked_for_though_a_delay_does_as_well():
+    """Both leave the noise: they share what is said, which a wrong period would not."""
+    p, columns = posed(machine, {"held": 100.0 * TRUE, "a": 0.2}, [HELD, LATE], noise=0.06)
+    (late,) = polish(p, [start(p, columns, [LATE], {"late": 50.0 * TRUE})], columns, 4)
+    assert is_adequate(p, late.fit)
+    (found,) = [h for h in swap_relatives(p, [late], columns) if h.ids == ("held",)]
+    assert 0.01 * found.fit.point["held"] == pytest.approx(TRUE, abs=TRUE**2 / END / 4.0)
+    assert found.fit.rms < late.fit.rms
+
+
+def test_evidence_rules_out_by_what_a_period_does_over_many_turns():
+    """What is left with a wrong one does not grow for ever, as its derivative says: it is the height of the steps."""
+    p, columns = posed(machine, {"held": 100.0 * TRUE, "a": 0.2}, [HELD, LATE], noise=0.005)
+    (held,) = polish(p, [start(p, columns, [HELD], {"held": 100.0 * TRUE, "a": 0.2})], columns, 2)
+    (widened,) = widen_derivatives(p, [held], columns)
+    u, share = widened.fit.point["held"], p.settings.search.period_average
+    less, more = (machine({**widened.fit.point, "held": u * (1.0 + s)}) for s in (-share, share))
+    assert widened.fit.averaged["held"] == pytest.approx((more - less) / (2.0 * share * u))
+    own = replace(widened.fit, averaged={})
+    energies = [max(curvature(p, fit, columns).energy) for fit in (widened.fit, own)]
+    assert energies[0] < 0.2 * energies[1]
