@@ -40,6 +40,10 @@ FORM_ERROR = (0.0, 0.02, 0.04, 0.07)
 RIDGE = 1e-4
 """Keeps the weights finite, per observation."""
 
+BIAS = "sensor_bias"
+"""An effect that diagnoses before 30 November 2026 do not tell enough of to be judged anew: what calibration's own
+biases take over of it (`without_bias`)."""
+
 EFFECTS = 34
 """Effects of the catalogue: those that a diagnosis did not look at have probability 0."""
 
@@ -92,15 +96,22 @@ def case_of(answer: dict[str, Any], diagnosis: dict[str, Any]) -> Case:
         )
         for h in found["hypotheses"]
     )  # fmt: skip
+    unjudged = _unjudged(diagnosis)
     if "size" not in answer:  # of real measurements
         true = frozenset(e["id"] for e in answer["effects"]) if answer["kind"] != "unknown" else frozenset()
-        return Case(evidence, found["readings"], true, answer["kind"])
+        return Case(evidence, found["readings"], true - unjudged, answer["kind"], unjudged)
     truth = Truth.of(answer)
     true = frozenset(plain(e.name)[0] for e in truth.wanted)
     if "budget" not in answer and diagnosis["budget"]["calibrated"] < LEAST_GAP:
         true = frozenset()  # a linear size is what a linear refit leaves; the whole one takes this up
     there = frozenset(plain(e.name)[0] for e in truth.effects if truth.known)
-    return Case(evidence, found["readings"], true, answer["kind"], there - true)
+    return Case(evidence, found["readings"], true - unjudged, answer["kind"], (there - true) | unjudged)
+
+
+def _unjudged(diagnosis: dict[str, Any]) -> frozenset[str]:
+    """Effects of which a diagnosis does not tell enough."""
+    tells = any("without_bias" in h for h in diagnosis["evidence"]["hypotheses"])
+    return frozenset() if tells else frozenset({BIAS})
 
 
 def observe(cases: Sequence[Case], calibration: ProbabilityCalibration) -> Observations:
@@ -229,6 +240,7 @@ def recalibrated(record: Record) -> Record:
     told = {id: inclusion(posterior, frozenset([id])) for id in ids}
     own = record.diagnosis["effects"]
     effects = {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
+    effects |= {id: own[id] for id in _unjudged(record.diagnosis) & own.keys()}
     return record._replace(diagnosis={**record.diagnosis, "effects": effects})
 
 
