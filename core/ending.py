@@ -86,9 +86,17 @@ def take_no_more() -> None:
         signal.signal(kind, signal.SIG_IGN)
 
 
+def _say_nothing(_error: object) -> None:
+    """In the place of Python's report of an error that nobody can handle."""
+
+
 def _raising() -> Callable[[int, FrameType | None], None]:
     """A handler that notes a signal and raises `KeyboardInterrupt`, once for what comes twice at a time: a terminal and
-    who passes a signal on may both send it."""
+    who passes a signal on may both send it.
+
+    What a library was making at that moment stays half made, and may stumble as it is put away: of that nothing is
+    said.
+    """
     last = -inf
 
     def ended(number: int, _frame: FrameType | None) -> None:
@@ -97,6 +105,7 @@ def _raising() -> Callable[[int, FrameType | None], None]:
             return
         last = monotonic()
         note(number)
+        sys.unraisablehook = _say_nothing
         raise KeyboardInterrupt
 
     return ended
@@ -113,9 +122,10 @@ def terminable(*kinds: signal.Signals) -> Iterator[None]:
     if threading.current_thread() is threading.main_thread():
         usual_handlers = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
         taken = [kind for kind in kinds or usual_handlers if signal.getsignal(kind) == usual_handlers[kind]]
-    before = [signal.signal(kind, handler) for kind in taken]
+    before, report = [signal.signal(kind, handler) for kind in taken], sys.unraisablehook
     try:
         yield
     finally:
+        sys.unraisablehook = report
         for kind, usual in zip(taken, before, strict=True):
             signal.signal(kind, usual)

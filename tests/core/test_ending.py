@@ -112,3 +112,37 @@ def test_what_is_ignored_stays_so():
     done = subprocess.run([sys.executable, "-c", whole.format(work="    strike(signal.SIGINT)\n    return 0")],
                           capture_output=True, text=True, timeout=60.0)  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
+
+
+HALF_MADE = """
+import os, signal
+from deepsea_cosim.core.ending import terminable
+
+class Half:
+    def __init__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        signal.sigtimedwait([], 5.0)
+        self.made = True
+
+    def __del__(self):
+        assert self.made
+
+class Whole:
+    def __del__(self):
+        raise ValueError("told")
+
+with terminable():
+    try:
+        Half()
+    except KeyboardInterrupt:
+        print("asked to end")
+Whole()
+"""
+
+
+def test_what_was_half_made_says_nothing_as_it_is_put_away():
+    """A library's object that was being made as the signal came; afterwards such errors are told again."""
+    done = subprocess.run([sys.executable, "-c", HALF_MADE], capture_output=True, text=True, timeout=60.0)
+    assert (done.stdout, done.returncode) == ("asked to end\n", 0)
+    assert "made" not in done.stderr
+    assert "ValueError: told" in done.stderr
