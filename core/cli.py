@@ -222,6 +222,10 @@ def end_with(main: Callable[[], int], last: Callable[[], object] = lambda: None)
         code = int(not isinstance(error, BrokenPipeError))
     except SystemExit as stop:
         code = ending.code_of(stop)
+    except KeyboardInterrupt:  # before or after what the command itself takes care of
+        ending.take_no_more()
+        print(f"{Path(sys.argv[0]).stem}: {ending.told()}", file=sys.stderr)
+        code = ending.code()
     ending.take_no_more()
     last()
     ending.put_away()

@@ -94,6 +94,16 @@ def test_requests_end_a_command_in_a_line(name, code, said):
     assert commanded(swallowed) == (code, said), "a library that is being loaded makes another error of it"
 
 
+@pytest.mark.parametrize(("name", "code", "said"), [
+    ("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "asked to end (SIGTERM)"),
+])  # fmt: skip
+def test_a_request_before_a_command_takes_care_of_it_is_a_line_too(name, code, said):
+    early = COMMAND.replace("end_with(", "from deepsea_cosim.core import scratch\nscratch.sweep = work\nend_with(")
+    script = early.format(work=f"    strike(signal.{name})")
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60.0)
+    assert (done.returncode, done.stderr) == (code, f"-c: {said}\n")
+
+
 def test_an_error_of_a_command_that_was_asked_to_end_has_that_exit_code():
     work = "from deepsea_cosim.core.errors import SimulationError\ntry:\n    strike(signal.SIGTERM)\n"
     assert commanded(f"{work}finally:\n    raise SimulationError('nothing to say')") == (143, "command: nothing to say")
