@@ -173,7 +173,8 @@ def front_library(folder: Path) -> dict[str, bytes]:
             flags = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-Wl,-z,nodelete"]
             files = [str(HERE / "front" / f"{source}.c") for source in sources]
             command = [compiler, *flags, *files, "-o", str(target), "-ldl", "-lpthread", "-lm"]
-            if subprocess.run(command, capture_output=True).returncode:
+            environment = {**os.environ, "TMPDIR": str(folder)}
+            if subprocess.run(command, capture_output=True, env=environment).returncode:
                 return {}
         elif not target.is_file():
             return {}

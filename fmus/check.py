@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import PackageError
+from ..core.scratch import scratch
 
 STEP = 1e-3
 """Step [s] where the FMU suggests none."""
@@ -42,8 +43,6 @@ def exercise(fmu: str | Path, steps: int = 3) -> None:
 
     Start and step are those of its DefaultExperiment, else 0 and 1 ms. Raises what goes wrong.
     """
-    import shutil
-
     from fmpy import extract, read_model_description
 
     description = read_model_description(str(fmu), validate=False)
@@ -52,9 +51,8 @@ def exercise(fmu: str | Path, steps: int = 3) -> None:
     told = description.defaultExperiment
     start, end, step = (float(getattr(told, name, None) or 0) for name in ("startTime", "stopTime", "stepSize"))
     step, stop = step or STEP, end if end > start else None
-    folder = extract(str(fmu))
-    try:
-        slave = _begun(description, folder, start, stop)
+    with scratch("check") as folder:
+        slave = _begun(description, extract(str(fmu), str(folder)), start, stop)
         outputs = [v for v in description.modelVariables if v.causality == "output"]
         for k in range(steps):
             slave.doStep(start + k * step, step)
@@ -63,8 +61,6 @@ def exercise(fmu: str | Path, steps: int = 3) -> None:
         _restore(slave, description)
         slave.terminate()
         slave.freeInstance()
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _begun(description: Any, folder: str, start: float, stop: float | None) -> Any:

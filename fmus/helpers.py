@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from ..core import ending
 from ..core.errors import Interrupted, PackageError
+from ..core.scratch import scratch
 
 T, R = TypeVar("T"), TypeVar("R")
 
@@ -21,9 +22,17 @@ _given_up = threading.Event()
 
 
 def run_python(arguments: Sequence[str], environment: Mapping[str, str], failure: str) -> None:
-    """Run this Python in a process of its own; if it fails, `PackageError` with that text and its last line."""
+    """Run this Python in a process of its own; if it fails, `PackageError` with that text and its last line.
+
+    What it puts into temporary folders goes with one of this process, for both may be killed.
+    """
     if arguments[0] == "-c":
         arguments = ["-c", f"from {ending.__name__} import die_with_parent; die_with_parent(); {arguments[1]}"]
+    with scratch("helper") as place:
+        _run(arguments, {**environment, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(place))}, failure)
+
+
+def _run(arguments: Sequence[str], environment: Mapping[str, str], failure: str) -> None:
     pipe = subprocess.PIPE
     with _lock:
         if _given_up.is_set():

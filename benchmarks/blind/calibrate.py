@@ -32,8 +32,8 @@ from .scoring.names import plain
 from .scoring.true import LEAST_GAP, Truth
 
 INDEPENDENT = (10.0, 15.0, 20.0, 30.0, 45.0, 70.0, 100.0, 150.0)
-SCATTER = (0.0, 0.1, 0.3)  # with more, the log loss is the same to 0.003 and a form loses that leaves a fifth
-TEMPERATURE = (1.0, 1.5, 2.0, 3.0)
+SCATTER = (0.0, 0.1, 0.3)  # with more a form loses that leaves a fifth
+TEMPERATURE = (1.0, 2.0, 3.0, 5.0, 8.0)
 FORM_ERROR = (0.0, 0.02, 0.04, 0.07)
 """What is tried."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from inspect import signature
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from ...core.scratch import scratch
 from ...ssp.encoding import as_utf8
 
 LISTS = ("dependencies", "dependenciesKind", "clocks")
@@ -36,13 +35,10 @@ def read_description(folder: Path, tree: Any) -> Any:
     data = (folder / "modelDescription.xml").read_bytes()
     recoded, told = as_utf8(data)
     if _put_right(tree) or told or recoded is not data:
-        handle, name = tempfile.mkstemp(suffix=".xml")
-        try:
-            with os.fdopen(handle, "wb") as file:  # lxml takes names of files for addresses
+        with scratch("description") as place:
+            with (place / "modelDescription.xml").open("wb") as file:  # lxml takes names of files for addresses
                 tree.write(file, encoding="UTF-8")
-            description = read_model_description(name, validate=False)
-        finally:
-            os.unlink(name)
+            description = read_model_description(str(place), validate=False)
     else:
         description = read_model_description(str(folder), validate=False)
     _complete(description, tree)

@@ -64,3 +64,16 @@ def test_they_end_with_a_killed_build(tmp_path):
     while Path(f"/proc/{helper}").exists():
         assert time.monotonic() < by
         time.sleep(0.05)
+
+
+def test_what_they_put_into_temporary_folders_goes_with_them(tmp_path, monkeypatch):
+    """Also what a library makes there and does not remove, as where it was killed."""
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    told = tmp_path / "told"
+    made = f"import tempfile; open({str(told)!r}, 'w').write(tempfile.mkdtemp())"
+    run_python(["-c", made], dict(os.environ), "it cannot make a folder")
+    own, *inside = Path(told.read_text()).relative_to(tmp_path).parts
+    assert own.startswith("deepsea-cosim-helper-"), "which the next command removes if this one is killed"
+    assert inside
+    assert not (tmp_path / own).exists()
