@@ -21,7 +21,7 @@ def widen_derivatives(
     """The best few, and the baseline, with derivatives that serve for refits without a part of the data.
 
     Those over wide steps serve, unless the fit's own foretell better what is left out: where a machine sticks and
-    slips, larger moves are another motion.
+    slips, larger moves are another motion. Those by a period over many of its turns are put beside them.
     """
     widened, settings = list(hypotheses), problem.settings.search
     near = search_cost(widened[0]) + settings.polish_within if widened else 0.0

@@ -194,16 +194,17 @@ class SearchSettings:
     and half an hour, so it is looked for less far beside the size that serves best on the average."""
     period_difference: float = 0.05
     """Part of a period by which it shifts in a difference."""
-    period_average: float = 0.1
-    """Share of a period by which it is changed to see what it does on the average over many turns."""
-    period_within: float = 1.3
-    """What may be left with a period that serves on the average, as a multiple of what the best set leaves, for it to
-    be looked for where that set is adequate."""
     motion_threshold: float = 5.0
     """Noises by which a reading leaves its start when a run begins to move."""
     periods_kept: int = 5
     """Local minima that are gone on with over the next stretch: with three the right one, fourth over the first, was
     lost (seed 20261128, case 14)."""
+    period_average: float = 0.1
+    """Share of a period by which it is changed to see what it does on the average over many turns; this and the next
+    on one case (seed 20261210, case 134)."""
+    period_within: float = 1.3
+    """What may be left with a period that serves on the average, as a multiple of what the best set leaves, for it to
+    be looked for where that set is adequate."""
 
     # what long steps spoil
     step_sensitive: float = 0.5
