@@ -59,6 +59,12 @@ def code() -> int:
     return 128 + (_asked[-1] if _asked else signal.SIGINT)
 
 
+def tell(command: str) -> int:
+    """Say in a line that a command was asked to end; its exit code."""
+    print(f"{command}: {told()}", file=sys.stderr)
+    return code()
+
+
 @contextmanager
 def starting_processes() -> Iterator[None]:
     """Around the start of processes: they inherit that Ctrl-C is held back from the thread that starts them, and decide

@@ -111,8 +111,7 @@ def guarded(command: str, main: Callable[[], int], explain: Callable[[str, list[
         return os.WEXITSTATUS(status)
     if os.WIFSIGNALED(status) and (number := os.WTERMSIG(status)) in asked:  # before it could listen
         ending.note(number)
-        print(f"{command}: {ending.told()}", file=sys.stderr)
-        return ending.code()
+        return ending.tell(command)
     text = explain(*_what_happened(page, status))
     print(f"{command}: {text}", file=sys.stderr)
     return 1
@@ -129,8 +128,7 @@ def _run(command: str, main: Callable[[], int], mask: set[Any]) -> NoReturn:
         code = ending.code_of(stop)
     except KeyboardInterrupt:  # before or after what the command itself takes care of
         ending.take_no_more()
-        print(f"{command}: {ending.told()}", file=sys.stderr)
-        code = ending.code()
+        code = ending.tell(command)
     except BaseException:
         traceback.print_exc()
         code = 1

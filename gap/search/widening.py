@@ -35,7 +35,6 @@ def widen_derivatives(
             validated = {f: cross_validate(problem, f, nuisance_jacobian) for f in (wide, with_own_jacobian)}
             best = min(validated, key=lambda f: validated[f].structured_energy)
             widened[k] = replace(widened[k], fit=best)
-    for k in chosen:
         widened[k] = _with_averaged_periods(problem, widened[k])
     return widened
 

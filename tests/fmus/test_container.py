@@ -18,14 +18,13 @@ from fmpy.validation import validate_fmu
 
 from ..toys import package
 
+OUTPUTS = [v.name for v in DeepseaMachine.table.of("output")]
+CHANGES = {"arm.load_weight": 900.0, "hydraulics.oil.nu0": 3e-5}
+
 
 @pytest.fixture(scope="module")
 def machine(built, tmp_path_factory):
     return container(built / "deepsea_6km.ssp", tmp_path_factory.mktemp("one"))
-
-
-OUTPUTS = [v.name for v in DeepseaMachine.table.of("output")]
-CHANGES = {"arm.load_weight": 900.0, "hydraulics.oil.nu0": 3e-5}
 
 
 @pytest.fixture(scope="module")

@@ -31,44 +31,35 @@ class Oscillator(Fmi2Slave):
             self.register_variable(Real(name, **fixed))
 
     def exit_initialization_mode(self):
-        y = [getattr(self, f"y{k}") for k in range(1, len(KNOTS) + 1)]
-        m, k, d, F_c, k3, gain, mu, uneven = (
-            getattr(self, name) for name in ("m", "k", "d", "F_c", "k3", "gain", "mu", "uneven")
-        )
-        curved, plain = any(y), not (k3 or F_c or mu or any(y))
+        self.y = [getattr(self, f"y{k}") for k in range(1, len(KNOTS) + 1)]
+        self.curved = any(self.y)
 
-        def rate(u, x, v):  # a function of its own: attributes of self would take as long as the rest
-            force = gain * u - k * x - d * v
-            if plain:
-                return force / m
-            if k3:
-                force -= k3 * x**3
-            if F_c:
-                s = tanh(v / 0.01)
-                force -= F_c * (1.0 + uneven * s) * s
-            if curved:
-                i = min(max(bisect(KNOTS, v), 1), len(KNOTS) - 1)  # by hand: numpy takes longer for one value
-                share = min(max((v - KNOTS[i - 1]) / (KNOTS[i] - KNOTS[i - 1]), 0.0), 1.0)
-                force -= y[i - 1] + share * (y[i] - y[i - 1])
-            if mu:
-                force += mu * (1.0 - (x / 0.02) ** 2) * v
-            return force / m
-
-        self.rate = rate
+    def rate(self, x, v):
+        force = self.gain * self.u - self.k * x - self.d * v
+        if self.k3:
+            force -= self.k3 * x**3
+        if self.F_c:
+            force -= self.F_c * (1.0 + self.uneven * tanh(v / 0.01)) * tanh(v / 0.01)
+        if self.curved:
+            k = min(max(bisect(KNOTS, v), 1), len(KNOTS) - 1)  # by hand: numpy takes longer for one value
+            share = min(max((v - KNOTS[k - 1]) / (KNOTS[k] - KNOTS[k - 1]), 0.0), 1.0)
+            force -= self.y[k - 1] + share * (self.y[k] - self.y[k - 1])
+        if self.mu:
+            force += self.mu * (1.0 - (x / 0.02) ** 2) * v
+        return force / self.m
 
     def do_step(self, current_time, step_size):
         n = max(1, round(step_size / LONGEST))
         h = step_size / n
-        u, x, v, rate = self.u, self.x, self.v, self.rate
         for _ in range(n):
-            a1 = rate(u, x, v)
+            x, v = self.x, self.v
+            a1 = self.rate(x, v)
             v2 = v + 0.5 * h * a1
-            a2 = rate(u, x + 0.5 * h * v, v2)
+            a2 = self.rate(x + 0.5 * h * v, v2)
             v3 = v + 0.5 * h * a2
-            a3 = rate(u, x + 0.5 * h * v2, v3)
+            a3 = self.rate(x + 0.5 * h * v2, v3)
             v4 = v + h * a3
-            a4 = rate(u, x + h * v3, v4)
-            x += h / 6.0 * (v + 2 * v2 + 2 * v3 + v4)
-            v += h / 6.0 * (a1 + 2 * a2 + 2 * a3 + a4)
-        self.x, self.v = x, v
+            a4 = self.rate(x + h * v3, v4)
+            self.x += h / 6.0 * (v + 2 * v2 + 2 * v3 + v4)
+            self.v += h / 6.0 * (a1 + 2 * a2 + 2 * a3 + a4)
         return True
