@@ -35,7 +35,7 @@ EFFECTS = (
     _effect("current_unsteady.frequency", 0.1, "1/s", 0.0, 100.0, "frequency of the further sinusoidal current"),
     _effect("current_unsteady.phase", 0.0, "rad", -7.0, 7.0, "phase of the further sinusoidal current at t = 0"),
     _effect("current_unsteady.harmonic", 0.0, "1", -3.0, 3.0, "amplitude at twice its frequency, as a share"),
-    _effect("viv.C_L", 0.0, "1", 0.0, 10.0, "lift coefficient of the vortices that the beam sheds"),
+    _effect("viv.C_L", 0.0, "1", 0.0, 50.0, "lift coefficient of the vortices that the beam sheds"),
     _effect("viv.strouhal", 0.2, "1", 0.01, 2.0, "their frequency, in units of current over diameter"),
     _effect("viv.phase", 0.0, "rad", -7.0, 7.0, "phase of their force at t = 0"),
     _effect("beam_flexibility.period", 0.0, "s", 0.0, 10.0, "period of the load on the bending beam; 0 = stiff"),
