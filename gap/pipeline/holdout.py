@@ -22,10 +22,11 @@ from ..problem.step_size import simulate_as_chosen
 
 @dataclass(frozen=True, eq=False)
 class HoldoutRuns:
-    """The problem of the held-out runs, and the model as delivered there (n,)."""
+    """The problem of the held-out runs, the model as delivered there (n,), and what was noticed about them."""
 
     problem: Problem
     nominal: np.ndarray
+    warnings: tuple[str, ...] = ()
 
     @property
     def nominal_residual(self) -> np.ndarray:
@@ -40,7 +41,7 @@ class HoldoutRuns:
             raise SimulationError(f"the held-out runs cannot be simulated at the point found: {failure}")
         channels = len(self.problem.observations.span)
         clocks = nuisance_jacobian_at(self.problem, model)[:, channels:]
-        labelled = zip(training.labels, fit.nuisances, strict=False)
+        labelled = zip(training.labels, fit.nuisances[: fit.channels], strict=False)
         biases = {label: q * usual_bias(training, j) for j, (label, q) in enumerate(labelled)}
         offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
         observations = self.problem.observations
@@ -59,11 +60,11 @@ def build_holdout(training: Problem, campaign: Campaign) -> HoldoutRuns:
     pool, stop = training.simulator.pool, training.simulator.stop
     problem = build_problem(campaign, training.catalogue, pool, stop, training.settings)
     problem = replace(problem, base=training.base, candidates=training.candidates, accepted=training.accepted)
-    check_time(problem)
+    time_warnings = check_time(problem)
     assessed = simulate_as_chosen(problem, training)
-    check_campaign(assessed.problem, assessed.nominal)
+    warnings = (*time_warnings, *check_campaign(assessed.problem, assessed.nominal))
     problem = compare_swings(assessed.problem, assessed.nominal)
-    return HoldoutRuns(problem, as_compared(problem, assessed.nominal))
+    return HoldoutRuns(problem, as_compared(problem, assessed.nominal), warnings)
 
 
 def split_runs(campaign: Campaign) -> Sequence[Campaign]:

@@ -45,7 +45,8 @@ def describe_swings(state: State) -> State:
 def build_held_out_runs(state: State) -> State:
     """The held-out runs, simulated as the others."""
     assert state.holdout_campaign is not None
-    return replace(state, holdout=build_holdout(state.problem, state.holdout_campaign))
+    holdout = build_holdout(state.problem, state.holdout_campaign)
+    return replace(state, holdout=holdout, warnings=(*state.warnings, *holdout.warnings))
 
 
 def prepare_fits(state: State) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -67,16 +68,12 @@ def share_gap(state: State) -> State:
         state = replace(state, holdout=None)
     least = settings.least_probability * state.probabilities[0]
     plausible = [(r, p) for r, p in zip(state.ranked, state.probabilities, strict=True) if p >= least]
-    alternatives: list[Alternative] = []
-    warnings, fitted = list(state.warnings), list(state.ranked)
-    for r, p in plausible[: settings.alternatives]:
-        try:
-            alternatives.append(Alternative(p, _residuals(state, r, fitted)))
-        except StopRequested:
-            state = replace(state, holdout=None)
-            alternatives.append(Alternative(p, _residuals(state, r, fitted)))
-        except SimulationError as error:  # of held-out runs
-            warnings.append(f"{r.hypothesis.label}: {error}")
+    plausible = plausible[: settings.alternatives]
+    try:
+        alternatives, warnings = _alternatives(state, plausible)
+    except StopRequested:  # all residuals have to be of the same runs
+        state = replace(state, holdout=None)
+        alternatives, warnings = _alternatives(state, plausible)
     if not alternatives:
         alternatives.append(Alternative(1.0, {frozenset(): state.residual_of(state.ranked_baseline)}))
     total = sum(a.probability for a in alternatives)
@@ -86,7 +83,23 @@ def share_gap(state: State) -> State:
     gap_budget = budget(
         state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap, form_error
     )
-    return replace(state, alternatives=tuple(alternatives), budget=gap_budget, warnings=tuple(warnings))
+    return replace(
+        state, alternatives=tuple(alternatives), budget=gap_budget, warnings=(*state.warnings, *warnings)
+    )
+
+
+def _alternatives(
+    state: State, plausible: Sequence[tuple[RankedHypothesis, float]]
+) -> tuple[list[Alternative], list[str]]:
+    """Hypotheses with their probabilities and what each subset of their effects leaves, and warnings of those that
+    the held-out runs cannot be simulated with."""
+    alternatives, warnings, fitted = list[Alternative](), list[str](), list(state.ranked)
+    for r, p in plausible:
+        try:
+            alternatives.append(Alternative(p, _residuals(state, r, fitted)))
+        except SimulationError as error:
+            warnings.append(f"{r.hypothesis.label}: {error}")
+    return alternatives, warnings
 
 
 def _residuals(

@@ -42,7 +42,8 @@ def _sensors(state: State) -> list[str]:
             off = 1e3 * q * usual_clock_error(problem, r)
             texts.append(f"{conditions.name}: its clock seems to be off by {off:.2g} ms")
     for name, values in problem.differing_values(fit.point).items():
-        share = values[0] / problem.runs[0].values[name] - 1.0
+        stated = [run.values[name] for run in problem.runs]
+        share = next(v / s for v, s in zip(values, stated, strict=True) if s) - 1.0
         texts.append(
             f"{name} is {share:+.2%} off what each run states; calibrated.ssv, which is for all, leaves it out"
         )

@@ -67,8 +67,8 @@ class AllRuns:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What is known so far, grouped by the module of `pipeline` that fills it; later stages may replace `problem`,
-    `baseline` and `warnings`."""
+    """What is known so far, grouped by the module of `pipeline` that fills it first; later stages replace what they
+    know better, such as the problem with its steps, and what rests on it."""
 
     problem: Problem
     """Of the runs that are learned from."""

@@ -61,6 +61,11 @@ class EstimatedParameter:
             return float("inf")
         return self.shift(u, self.longest_run, turns)
 
+    def step_inside(self, u: float, h: float) -> float:
+        """A step of h at most from u that stays in the range: upwards if there is room, else to where there is more."""
+        up, down = self.high - u, u - self.low
+        return h if h <= up else -min(h, down) if down > up else up
+
     def value(self, u: float) -> float:
         """The value of the quantity, without the last digits: what is a range's end but for rounding is that end."""
         exact = self.start + self.scale * u if self.factor is None else self.start * self.factor**u

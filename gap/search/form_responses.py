@@ -68,8 +68,10 @@ def _sized(
     if done < settings.min_response_rms:
         return dict(values)
     wanted = usual * rms_left(problem, bank) / done
+    if not wanted:
+        return dict(values)
     same_side = [s for s in grid(c.main, settings) if s * usual > 0.0]
-    return resized(c, values, min(same_side, key=lambda s: abs(math.log(max(s / wanted, 1e-12)))))
+    return resized(c, values, min(same_side, key=lambda s: abs(math.log(s / wanted))))
 
 
 def _mixed_variants(problem: Problem, bank: ResponseBank, projection: Projection) -> list[Variant]:

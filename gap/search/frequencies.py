@@ -57,6 +57,8 @@ def _trials(
     """Frequencies between neighbouring starts, so close that the end of a run shifts by a part of a turn from one to
     the next, and what they take: in any phase, for the responses to all other shapes may be mixed."""
     settings, blocks = problem.settings.search, _blocks(problem, bank)
+    if not blocks:  # moments alone were measured
+        return
     by_value: dict[float, list[np.ndarray]] = {}
     for y in _responses(bank, c):
         by_value.setdefault(x.value(y.values[x.name]), []).append(y.change)

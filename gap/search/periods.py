@@ -28,6 +28,8 @@ def find_period(problem: Problem, x: EstimatedParameter, point: Point) -> float:
     It is looked for in the run that is missed most there; of the best local minima that one is taken which leaves least
     of all runs: of one run, a wrong one may leave as little as the right one.
     """
+    if not problem.samples.series:  # moments alone were measured
+        return point[x.name]
     settings, search = problem.settings.search, _OneRun(problem, x, point)
     u, window = search.smoothed_minimum(), search.begin + settings.period_window
     spacing = x.shift(u, window, settings.period_spacing)
@@ -116,12 +118,14 @@ class _OneRun:
 
 
 def _missed_most(problem: Problem, point: Point) -> int:
-    """The run of which most is left at a point; the first one where the model does not run there."""
+    """The run with signals of which most is left at a point; the first one where the model does not run there."""
+    with_signals = sorted({b.run for b in problem.samples.series})
     (model,) = problem.evaluate([point])
     if model is None:
-        return 0
+        return with_signals[0]
     observations = problem.observations
-    return int(np.argmax(rms_of_runs(observations.whiten(model), observations.run, len(problem.runs))))
+    left = rms_of_runs(observations.whiten(model), observations.run, len(problem.runs))
+    return max(with_signals, key=lambda r: left[r])
 
 
 def _moving_average(problem: Problem, residual: np.ndarray, width: float) -> np.ndarray:

@@ -7,12 +7,14 @@ cost is
 
 with D = `deviance_readings`, as many as a wrong model's residual counts for, and only biases among the q of the sum.
 
-A step d is the least of the linearised cost within |d| <= radius * max(|u|, least); it is taken where C falls, and the
-radius grows then, else it shrinks. Either way what the simulation there has found mends the derivatives (Broyden 1965):
+A step d is the least of the linearised cost within |d| <= radius * max(|u|, min_trust_scale); it is taken where C
+falls, and the radius grows then, else it shrinks. Either way what the simulation there has found mends the derivatives
+(Broyden 1965):
 
     J <- J + (m(u + d) - m(u) - J d) d' / (d' d)
 
-So a step costs one simulation. Simulations take the fit step; the correction to exact runs is that of where it began.
+So a step costs one simulation. Simulations take the fit step; what exact runs add to them (the correction) is that of
+the bank's point, or of where an exact run was last made, all along.
 """
 
 from __future__ import annotations
@@ -125,7 +127,7 @@ def differentiate(
             if missing_only and np.any(f.jacobian[:, k]):
                 continue
             size = min(h, x.longest_difference(float(f.u[k]), problem.settings.search.period_difference))
-            step = size if f.u[k] + size <= x.high else -size
+            step = x.step_inside(float(f.u[k]), size)
             shifted = f.u.copy()
             shifted[k] += step
             points.append(point_of(f.parameters, shifted))

@@ -173,11 +173,11 @@ def _second_variants(problem: Problem, bank: ResponseBank, run_variants: Sequenc
 
 
 def families(responses: Sequence[Response]) -> list[list[int]]:
-    """Places of the responses of each effect with the same shape to the same side, small sizes first."""
+    """Places of the responses of each effect in the same form and shape to the same side, small sizes first."""
     by_family: dict[tuple[object, ...], list[int]] = {}
     for k, x in enumerate(responses):
         if not x.is_removal:
-            by_family.setdefault((x.candidate.label, x.shape, x.size > 0.0), []).append(k)
+            by_family.setdefault((x.candidate.name, x.shape, x.size > 0.0), []).append(k)
     return [sorted(places, key=lambda k: abs(responses[k].size)) for places in by_family.values()]
 
 
@@ -249,5 +249,4 @@ def wide_step(x: EstimatedParameter, u: float, settings: SearchSettings) -> floa
     a frequency a small one, for a run has many cycles; of a period, what shifts a run's end by some part of a turn."""
     share = settings.frequency_difference if x.frequency else settings.derivative_step
     h = share * (1.0 if x.kind == "base" else max(abs(u), 1.0 if x.shape else 0.1))
-    h = min(h, x.longest_difference(u, settings.period_difference))
-    return h if u + h <= x.high else -h
+    return x.step_inside(u, min(h, x.longest_difference(u, settings.period_difference)))

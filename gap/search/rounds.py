@@ -104,7 +104,7 @@ def _polish_leaders(
 def polish_near(
     problem: Problem, fitted: Sequence[Hypothesis], least: float, nuisance_jacobian: np.ndarray
 ) -> list[Hypothesis]:
-    """Fits of which those near the least score, at most `most_leaders`, are gone on with to the end."""
+    """Fits of which those near the least score, at most `max_polished`, are gone on with to the end."""
     settings, ordered = problem.settings.search, sorted(fitted, key=search_cost)
     near = [h for h in ordered if search_cost(h) < least + settings.polish_within][: settings.max_polished]
     polished = polish(problem, near, nuisance_jacobian, settings.polish_rounds)

@@ -44,8 +44,8 @@ class Proposal:
 
 
 class Projection:
-    """What base parameters, own effects and nuisances of a bank can take up, with their priors, projected out of what
-    is left. All is divided by the root of the dispersion."""
+    """What is left of the data, and what responses change, after base parameters, the bank's own effects and nuisances
+    have taken what they can of it, at the cost of their priors. All is divided by the root of the dispersion."""
 
     def __init__(self, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, dispersion: float):
         noise, rows, n = problem.observations.noise_std, bank.rows, len(problem.observations)
@@ -71,7 +71,7 @@ class Projection:
         return np.concatenate([self.scale * changes, np.zeros((len(self.r) - len(changes), changes.shape[1]))])
 
     def without(self, v: np.ndarray) -> np.ndarray:
-        """Columns without what can be taken up of them."""
+        """Columns after the bank's parameters and nuisances have taken what they can of them."""
         rest: np.ndarray = v - self.Q @ (self.Q.T @ v)
         return rest
 
@@ -98,9 +98,12 @@ class ProjectedBank(Projection):
     def __init__(self, problem: Problem, bank: ResponseBank, nuisance_jacobian: np.ndarray, dispersion: float):
         super().__init__(problem, bank, nuisance_jacobian, dispersion)
         self.problem, self.bank, self.settings = problem, bank, problem.settings.search
-        self.D = self.scaled(np.array([x.change for x in bank.responses]).reshape(-1, self.row_count).T)
-        columns = self.without(self.D)
-        self.gram, self.rhs = columns.T @ columns, columns.T @ self.residual
+        # a response a row, so that it stands together in memory
+        self.D = np.zeros((len(bank.responses), len(self.r)))
+        for row, x in zip(self.D, bank.responses, strict=True):
+            np.multiply(self.scale, x.change, out=row[: self.row_count])
+        rest = self.D - (self.D @ self.Q) @ self.Q.T
+        self.gram, self.rhs = rest @ rest.T, rest @ self.residual
         self.energy = float(self.residual @ self.residual)
         is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)
@@ -118,7 +121,7 @@ class ProjectedBank(Projection):
     def proposal(self, chosen: Sequence[int], t: np.ndarray, cost: float) -> Proposal:
         """A set of responses at sizes t (s,) with the base parameters that go with it."""
         bank = self.bank
-        change = sum((x * self.D[:, i] for i, x in zip(chosen, t, strict=True)), np.zeros(len(self.r)))
+        change = sum((x * self.D[i] for i, x in zip(chosen, t, strict=True)), np.zeros(len(self.r)))
         shifts = np.linalg.solve(self.R, self.Q.T @ (self.r - change))
         own_reach = self.settings.own_radius
         point, as_run = dict(bank.point), dict(bank.point)
@@ -246,7 +249,7 @@ def shares_alone(problem: Problem, bank: ResponseBank, nuisance_jacobian: np.nda
 
 def _missing_variants(bank: ResponseBank, sets: Sequence[ScoredSet], settings: SearchSettings) -> list[Variant]:
     """Sizes of the grid, not yet run, that are nearest to what the sets want."""
-    run_variants = {(x.candidate.label, x.shape, x.size) for x in bank.responses}
+    run_variants = {(x.candidate.name, x.shape, x.size) for x in bank.responses}
     variants: dict[tuple[object, ...], Variant] = {}
     for _, chosen, t in sets:
         for i, x in zip(chosen, t, strict=True):
@@ -256,7 +259,7 @@ def _missing_variants(bank: ResponseBank, sets: Sequence[ScoredSet], settings: S
             size = response.size * float(x)
             same_sign = [s for s in grid(response.candidate.main, settings) if s * size > 0.0]
             nearest = min(same_sign, key=lambda s: abs(np.log(s / size)))
-            key = (response.candidate.label, response.shape, nearest)
+            key = (response.candidate.name, response.shape, nearest)
             if key not in run_variants:
                 variants[key] = (response.candidate, resized(response.candidate, response.values, nearest))
     return list(variants.values())

@@ -18,15 +18,15 @@ from ..selection.hypothesis import Hypothesis
 from .response_bank import evaluate_in_batches
 from .rounds import best_of_each_set, polish_near, search_cost
 from .sizes import grid, usual_sizes, variants
-from .starts import FitStart, exact_hypotheses_at, hypotheses_at
+from .starts import FitStart, corrected_for_step, exact_hypotheses_at, hypotheses_at
 from .step_refinement import AtStep
 
 
 def search_with_shorter_step(
     problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray
 ) -> AtStep:
-    """The hypotheses, the best first, with those effects beside the best and alone that runs of the long step spoil;
-    the problem has half of that step if one of them is in the best then."""
+    """The hypotheses, the best first, with those effects that runs of the long step spoil, alone and beside the best
+    set where that may have another; the problem has half of that step if one of them is in the best then."""
     best, refit = hypotheses[0], next(h for h in hypotheses if not h.candidates)
     shorter = problem.with_discretisation(coarsening=problem.discretisation.coarsening // 2)
     rms_left = rms_of_runs(best.fit.residual, problem.observations.run, len(problem.runs))
@@ -34,13 +34,16 @@ def search_with_shorter_step(
     effects = step_sensitive_effects(problem.of_runs(run), shorter.of_runs(run), best)
     if not effects or problem.stop_requested:
         return AtStep(problem, list(hypotheses))
-    sets = {h.labels: (h.candidates, h.fit.point) for h in (best, refit)}
+    room = [h for h in (best, refit) if len(h.candidates) < problem.settings.search.most_effects]
+    sets = {h.labels: (h.candidates, h.fit.point) for h in room}
     fitted = []
     for incumbent in exact_hypotheses_at(shorter, list(sets.values()), nuisance_jacobian):
         fitted += _best_sizes(shorter, incumbent, effects, nuisance_jacobian)
-    after = best_of_each_set([*hypotheses, *polish_near(shorter, fitted, search_cost(best), nuisance_jacobian)])
-    better = search_cost(after[0]) < search_cost(best) - problem.settings.search.min_round_gain
-    return AtStep(shorter if better else problem, after)
+    polished = polish_near(shorter, fitted, search_cost(best), nuisance_jacobian)
+    after = best_of_each_set([*hypotheses, *polished])
+    if search_cost(after[0]) < search_cost(best) - problem.settings.search.min_round_gain:
+        return AtStep(shorter, corrected_for_step(shorter, after, polished))
+    return AtStep(problem, corrected_for_step(problem, after, hypotheses))
 
 
 def step_sensitive_effects(problem: Problem, shorter: Problem, best: Hypothesis) -> list[EffectCandidate]:

@@ -75,7 +75,7 @@ def variants(candidate: EffectCandidate, sizes: Sequence[float], settings: Searc
     starts = starts_of_shapes(candidate)
     if len(starts) > settings.shapes:
         sides = ([s for s in sizes if s * sign > 0.0] for sign in (1.0, -1.0))
-        sizes = [min(side, key=lambda s: abs(abs(s) - 1.0)) for side in sides if side]
+        sizes = [min(side, key=lambda s: abs(abs(s) - settings.usual)) for side in sides if side]
     points = []
     for size in sizes:
         for values in starts:

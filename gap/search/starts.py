@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -109,6 +110,19 @@ def exact_hypotheses_at(
             quick_fit = start_at(problem, FitStart(candidates, point, exact - coarse), coarse, nuisance_jacobian)
             hypotheses.append(as_hypothesis(problem, quick_fit, quick=True))
     return hypotheses
+
+
+def corrected_for_step(
+    problem: Problem, hypotheses: Sequence[Hypothesis], corrected: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Hypotheses whose fits took runs of different steps, each with the correction of a run of the problem's fit step;
+    corrected: those that have it. One that does not run with this step keeps its own."""
+    others = [h for h in hypotheses if not any(h is x for x in corrected)]
+    renewed = {}
+    for h, coarse in zip(others, evaluate_in_batches(problem, [h.fit.point for h in others]), strict=True):
+        if coarse is not None:
+            renewed[id(h)] = replace(h, fit=replace(h.fit, correction=h.fit.model - coarse))
+    return [renewed.get(id(h), h) for h in hypotheses]
 
 
 def start_at(problem: Problem, start: FitStart, coarse: np.ndarray, nuisance_jacobian: np.ndarray) -> QuickFit:

@@ -15,7 +15,7 @@ from ..problem.problem import Problem
 from ..selection.hypothesis import Hypothesis, is_adequate
 from .polish import polish
 from .rounds import best_of_each_set, search_cost
-from .starts import exact_hypotheses_at
+from .starts import corrected_for_step, exact_hypotheses_at
 
 
 class AtStep(NamedTuple):
@@ -31,7 +31,7 @@ def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance
     It was chosen at the model as delivered; a machine that hunts about a dead zone does so from step to step of a long
     one, and derivatives from such runs lead nowhere.
     """
-    refitted, count = list(hypotheses), problem.settings.numerics.refitted
+    refitted, polished, count = list(hypotheses), list(hypotheses), problem.settings.numerics.refitted
     while not problem.stop_requested:
         at_best = _exact_hypothesis(problem, refitted[0].candidates, refitted[0].fit.point, nuisance_jacobian)
         if at_best is None:
@@ -44,7 +44,7 @@ def refine_fit_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance
         started = [at_best, *exact_hypotheses_at(problem, next_best, nuisance_jacobian)]
         polished = polish(problem, started, nuisance_jacobian, problem.settings.search.polish_rounds)
         refitted = best_of_each_set([*polished, *refitted])
-    return AtStep(problem, refitted)
+    return AtStep(problem, corrected_for_step(problem, refitted, polished))
 
 
 class _SetAtStep(NamedTuple):
@@ -96,7 +96,8 @@ def refit_with_exact_step(problem: Problem, baseline: Hypothesis, nuisance_jacob
 
 
 def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisance_jacobian: np.ndarray) -> AtStep:
-    """Halve all macro steps while the best fit's extrapolated run depends on them, and fit the best anew."""
+    """Halve the macro step of exact runs while the best fit's extrapolated run depends on it, and fit the best anew;
+    the step of a fit's runs stays."""
     refitted, settings = list(hypotheses), problem.settings.numerics
     for _ in range(settings.max_halvings):
         if problem.stop_requested:
@@ -112,8 +113,8 @@ def refine_macro_step(problem: Problem, hypotheses: Sequence[Hypothesis], nuisan
         problem = halved.with_discretisation(
             richardson_order=d.richardson_order or method_order, coarsening=2 * d.coarsening
         )  # fmt: skip
-        count, looks = settings.refitted, problem.settings.search.polish_rounds
+        count, rounds = settings.refitted, problem.settings.search.polish_rounds
         refitted = sorted(
-            [*polish(problem, refitted[:count], nuisance_jacobian, looks), *refitted[count:]], key=search_cost
+            [*polish(problem, refitted[:count], nuisance_jacobian, rounds), *refitted[count:]], key=search_cost
         )
     return AtStep(problem, refitted)

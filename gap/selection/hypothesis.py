@@ -28,7 +28,7 @@ class Hypothesis:
     candidates: tuple[EffectCandidate, ...]
     fit: Fit
     quick: bool = False
-    """The fit is a first look, with the bank's derivatives and its correction."""
+    """Not polished: its derivatives or its correction may be from elsewhere."""
 
     @property
     def label(self) -> str:

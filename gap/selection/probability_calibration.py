@@ -1,6 +1,7 @@
 """The few numbers that turn evidence into probabilities, fitted on benchmark cases whose truth was known.
 
-`benchmarks/blind/calibrate.py` makes `calibration.json`, from cases that are never those of a reported score.
+`benchmarks/blind/calibrate.py` makes `probability_calibration.json`, from cases that are never those of a reported
+score.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ class SearchSettings:
     most_effects: int = 3
     """Effects of a set at most: more stand in for a form."""
     pairs: int = 200
-    """Sets of two, and of three, that are kept."""
+    """Sets of two that are kept, and as many of three."""
     leading_pairs: int = 60
     """Pairs that are tried with a third effect."""
     least_left: float = 1e-3
@@ -173,7 +173,7 @@ class SearchSettings:
 
     # relatives and periods
     relatives: int = 3
-    """Effects of the same group that are fitted in the place of one of the best set."""
+    """Effects in the place of one of the best set of their group that are fitted, of all together."""
     relatives_within: float = 100.0
     """Search cost behind the best up to which relatives are fitted from where the best set stands; on one case (seed
     777, four lands with a late sensor)."""

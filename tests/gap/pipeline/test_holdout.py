@@ -8,8 +8,12 @@ from deepsea_cosim.gap.campaign import read_catalogue
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
+from deepsea_cosim.gap.pipeline import holdout, probabilities
 from deepsea_cosim.gap.pipeline.holdout import build_holdout
+from deepsea_cosim.gap.pipeline.preparation import assess_steps, build_held_out_runs
+from deepsea_cosim.gap.pipeline.state import initial_state
 from deepsea_cosim.gap.problem.build import build_problem
+from deepsea_cosim.gap.problem.stop import StopRequested, StopToken
 from deepsea_cosim.gap.result.document import document
 from deepsea_cosim.master.parallel.pool import Pool
 
@@ -40,11 +44,11 @@ def test_a_channel_that_the_held_out_run_lacks(uneven):
     assert data["hypotheses"][0]["effects"] == ["cubic_spring"]
     assert set(data["budget"]["per_channel"]) == {"o.x"}
     assert data["budget"]["explained"] < 1.3
-    holdout, problem = d.state.holdout, d.state.problem
+    held, problem = d.state.holdout, d.state.problem
     fit = d.state.reported.hypothesis.fit
     moved = replace(fit, nuisances=fit.nuisances + np.eye(len(fit.nuisances))[0])
-    shift = holdout.residual_of(moved, problem) - holdout.residual_of(fit, problem)
-    x = holdout.problem.observations
+    shift = held.residual_of(moved, problem) - held.residual_of(fit, problem)
+    x = held.problem.observations
     # the sensor is the one of the learned runs, whose span says what its usual bias is; the clock takes next to nothing
     assert np.median(-shift * x.noise_std) == pytest.approx(usual_bias(problem, 0), rel=0.05)
 
@@ -68,3 +72,32 @@ def test_the_parameter_of_a_held_out_run_may_be_what_a_base_parameter_scales(une
         assert {x.name for x in held.problem.base} == {"o.m", "o.k", "o.d"}
         assert held.problem.exact([{"o.d": 0.5, "o.m": 0.1}])[0] is not None
     assert held.problem.runs[0].stop <= STOP
+
+
+def test_what_is_noticed_about_held_out_runs_is_told(uneven, monkeypatch):
+    monkeypatch.setattr(holdout, "check_campaign", lambda *_: ["odd"])
+    c = read(uneven)
+    with Pool(c.system, None, 1) as pool:
+        state = assess_steps(initial_state(c, read_catalogue.load(c.effects), pool, StopToken()))
+        assert "odd" not in state.warnings
+        assert "odd" in build_held_out_runs(state).warnings
+
+
+def test_a_stop_at_a_later_alternative_leaves_a_budget_of_the_same_runs(uneven, monkeypatch):
+    state = diagnose(read(uneven), processes=1).state
+    every, equal = len(state.ranked), 1.0 / len(state.ranked)
+    assert every > 1
+    state = replace(state, probabilities=(equal,) * every)
+    residuals, calls = probabilities._residuals, []
+
+    def stopped_at_the_second(at, *arguments):
+        calls.append(at.holdout)
+        if len(calls) == 2:
+            raise StopRequested
+        return residuals(at, *arguments)
+
+    monkeypatch.setattr(probabilities, "_residuals", stopped_at_the_second)
+    shared = probabilities.share_gap(state)
+    assert calls[:2] == [state.holdout] * 2
+    assert set(map(bool, calls[2:])) == {False}
+    assert sum(shared.budget.effects.values()) + shared.budget.unexplained.share == pytest.approx(1.0)

@@ -10,6 +10,7 @@ from deepsea_cosim.gap.campaign.catalogue import Base, Catalogue, Experiment, Me
 from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.candidates import base_parameters, check_catalogue
+from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.problem import RunConditions
 from deepsea_cosim.gap.settings import ParameterSettings
 from deepsea_cosim.master.simulation.session import Session
@@ -48,3 +49,11 @@ def test_two_base_entries_of_one_parameter_are_refused():
     assert [x.addresses for x in found] == [("o.k", "q.k")]
     with pytest.raises(CosimError, match=r"two entries mean 'o.k'"):
         base_parameters(replace(campaign, base={"o.k": 0.1}), catalogue, [run], [], settings)
+
+
+@pytest.mark.parametrize(
+    ("u", "h", "step"), [(0.0, 0.5, 0.5), (0.9, 0.5, -0.5), (1.0, 0.1, -0.1), (0.1, 3.0, -1.1), (-0.1, 3.0, 1.1)]
+)
+def test_a_step_of_a_difference_stays_in_the_range(u, h, step):
+    x = EstimatedParameter("x", "base", 1.0, 0.1, -1.0, 1.0, 1.0)
+    assert x.step_inside(u, h) == pytest.approx(step)

@@ -69,3 +69,11 @@ def test_the_parameters_of_a_form_are_mixed_as_suits_best():
     truth = {"p": 1.0, "e0": 0.6, "e1": -0.7, "e2": 0.4}
     mixed = forms_of(three, truth, LANDS)[-1]
     assert [mixed.values[f"e{k}"] for k in range(3)] == pytest.approx([0.6, -0.7, 0.4], abs=0.05)
+
+
+def test_where_nothing_is_left_forms_are_run_at_the_usual_size():
+    p, columns = posed(sinking, {}, [LATE])
+    p = replace(p, observations=replace(p.observations, noise_std=2.0 * p.observations.noise_std))
+    bank = bank_at(p, simulate_nominal(p, columns).fit)
+    found = add_forms(p, bank, Projection.of_all(p, bank, columns)).responses
+    assert {abs(x.size) for x in found if x.candidate.form is not None} == {1.0}

@@ -117,3 +117,8 @@ def test_evidence_rules_out_by_what_a_period_does_over_many_turns():
     own = replace(widened.fit, averaged={})
     energies = [max(curvature(p, fit, columns).energy) for fit in (widened.fit, own)]
     assert energies[0] < 0.2 * energies[1]
+
+
+def test_where_moments_alone_were_measured_a_period_stays():
+    p, _ = posed(machine, {"held": 8.0}, [HELD])
+    assert find_period(replace(p, observations=p.observations.until(-1.0)), HELD.main, {"held": 7.0}) == 7.0
