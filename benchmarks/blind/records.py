@@ -53,6 +53,14 @@ def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> l
     return made
 
 
+def load_all(places: Iterable[Path], diagnoses: Path | None = None, missing: bool = False) -> list[Record]:
+    """The same of several; of a case that is in more than one, the first counts."""
+    every: dict[tuple[Any, str], Record] = {}
+    for record in (record for place in places for record in load(place, diagnoses, missing)):
+        every.setdefault((record.answer.get("seed"), record.name), record)
+    return list(every.values())
+
+
 def one(answer: Path, told: Path) -> Record:
     """A case by the file of its answer and the folder of its diagnosis."""
     sealed = json.loads(answer.read_text("utf-8"))

@@ -1,6 +1,6 @@
 """Compares diagnoses with the sealed answers, and prints the table of what a diagnosis has to reach.
 
-    python -m benchmarks.blind.score DIR|RECORDS [--json FILE] [--markdown FILE] [--records FILE]
+    python -m benchmarks.blind.score DIR|RECORDS... [--json FILE] [--markdown FILE] [--records FILE]
 
 What is true of a case, what is said, and how both are compared is in `scoring`.
 """
@@ -12,7 +12,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from .records import load, merge
+from .records import load_all, merge
 from .scoring.drawers import drawer
 from .scoring.outcome import Outcome, outcomes
 from .scoring.report import as_markdown, as_text
@@ -38,7 +38,10 @@ def as_csv(found: Sequence[Outcome]) -> str:
 def main() -> None:
     """Command line."""
     p = argparse.ArgumentParser(prog="benchmarks.blind.score", description="Scores diagnoses against the answers.")
-    p.add_argument("place", type=Path, help="folder of the cases, or a file of records")
+    p.add_argument(
+        "places", type=Path, nargs="+",
+        help="folders of cases, or files of records; of a case that is in several, the first counts",
+    )  # fmt: skip
     p.add_argument("--diagnoses", type=Path, help="folder of the diagnoses (default: FOLDER/diagnoses)")
     p.add_argument("--json", type=Path, help="write the scores there")
     p.add_argument("--markdown", type=Path, help="write them as Markdown")
@@ -49,9 +52,9 @@ def main() -> None:
     p.add_argument("--since", metavar="CASE", default="", help="only this case and those after it")
     p.add_argument("--count-missing", action="store_true", help="a case not yet diagnosed counts as failed")
     options = p.parse_args()
-    cases = load(options.place, options.diagnoses, options.count_missing)
+    cases = load_all(options.places, options.diagnoses, options.count_missing)
     if not cases:
-        p.error(f"{options.diagnoses or options.place}: holds no diagnoses")
+        p.error(f"{options.diagnoses or options.places[0]}: holds no diagnoses")
     if options.records:
         merge(options.records, cases)
     cases = [case for case in cases if case.name >= options.since and case.name not in options.without]
