@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +36,8 @@ def compose(
     known: dict[str, _Known] = {}
     for name, path in fmus.items():
         taken = {one.source for one in known.values() if one.path != path}
-        source = f"resources/{path.name}"
-        known[name] = _Known(path, source if source not in taken else f"resources/{name}.fmu")
+        names = chain((path.name, f"{name}.fmu"), (f"{name}_{k}.fmu" for k in count(2)))
+        known[name] = _Known(path, next(source for n in names if (source := f"resources/{n}") not in taken))
     root = etree.Element(f"{SSD}SystemStructureDescription", nsmap=_SPACES, version="1.0", name=target.stem)
     system = etree.SubElement(root, f"{SSD}System", name="system")
     if values:

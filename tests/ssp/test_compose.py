@@ -1,10 +1,14 @@
 """Packages composed from FMUs and links: what they compute, and what cannot be."""
 
+import zipfile
+
 import pytest
 from deepsea_cosim.core.errors import PackageError
 from deepsea_cosim.master.simulation.check import check
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.ssp.compose import compose
+from deepsea_cosim.ssp.document import SSD
+from lxml import etree
 
 from benchmarks import native
 
@@ -41,6 +45,19 @@ def test_fmus_of_one_name_from_two_folders_are_two(fmus, tmp_path):
     other.write_bytes(fmus[2].read_bytes())
     path = compose(tmp_path / "p.ssp", {"clock": fmus[2], "gain": other}, [("clock.y1", "gain.u1")], CLOCK, step=0.5)
     assert not check(path).errors
+
+
+def test_an_fmu_called_like_another_ones_component_is_not_lost(fmus, tmp_path):
+    """The second has a file of the first one's name, and the name to evade to is that as well."""
+    old, new = tmp_path / "old" / "gain.fmu", tmp_path / "new" / "gain.fmu"
+    for path, version in ((old, 2), (new, 3)):
+        path.parent.mkdir()
+        path.write_bytes(fmus[version].read_bytes())
+    path = compose(tmp_path / "p.ssp", {"clock": old, "gain": new, "gain_2": old}, [], step=0.5)
+    with zipfile.ZipFile(path) as made:
+        root = etree.fromstring(made.read("SystemStructure.ssd"))
+        packed = {c.get("name"): made.read(c.get("source")) for c in root.iterfind(f".//{SSD}Component")}
+    assert packed == {"clock": old.read_bytes(), "gain": new.read_bytes(), "gain_2": old.read_bytes()}
 
 
 @pytest.mark.parametrize(
