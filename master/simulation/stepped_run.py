@@ -26,6 +26,8 @@ class SteppedRun:
         self._held = {name: float(held[name]) for name in driven}
         self._has_means, self._start, self.step_size = has_means, start, step
         self._is_current = is_current
+        self._broken = ""
+        """What ended it, after which its FMUs must not be stepped."""
         self.steps = 0
         """Steps taken."""
 
@@ -48,6 +50,8 @@ class SteppedRun:
         """
         if not self._is_current(self):
             raise UsageError("this run is over: its session has been closed, or has started another one")
+        if self._broken:
+            raise SimulationError(f"this run is over, start another one: {self._broken}", self.time)
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 0:
             raise UsageError(f"count = {count!r} has to be a whole number of steps")
         if inputs is not None and not isinstance(inputs, Mapping):
@@ -61,7 +65,11 @@ class SteppedRun:
             self._held[name] = float(value)
         block = rows_in_memory(self._runner.width)  # Ctrl-C is heard between two
         for left in range(int(count), 0, -block):
-            self._take(min(left, block))
+            try:
+                self._take(min(left, block))
+            except BaseException as error:  # after Ctrl-C nobody knows how many steps were taken
+                self._broken = str(error) or type(error).__name__
+                raise
         values = self.values()
         if not np.isfinite(values).all():
             wrong = self._signals[int(np.argmax(~np.isfinite(values)))].address
@@ -74,7 +82,7 @@ class SteppedRun:
             rows, self._start, self.step_size, self.steps, count, ENDLESS, np.inf, self._matrix(count)
         )
         self.steps += taken
-        if taken < count and (instance := self._runner.ended) is not None:
+        if (instance := self._runner.ended) is not None:
             why = f"component '{instance.name}' asks to end the simulation at t = {self.time:g} s"
             raise SimulationError(why, self.time)
 
