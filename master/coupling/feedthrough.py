@@ -135,7 +135,10 @@ def _measure_feedthrough(
     """Inputs that each output follows at once; the buffer is left as it was, and the instance where it has a state
     to be put back to."""
     reals, bits, texts = system.buffer.reals, system.buffer.integers, system.buffer.texts
-    owners = {place: s.name for s in outputs for place in range(s.place, s.place + s.size)}
+    owners: dict[int, list[str]] = {}  # several where an output has aliases
+    for s in outputs:
+        for place in range(s.place, s.place + s.size):
+            owners.setdefault(place, []).append(s.name)
     signals = [*instance.inputs, *instance.outputs]
     slots = np.array([s.place + k for s in signals if s.family != TEXT for k in range(s.size)], np.int64)
     before = bits[slots]
@@ -151,8 +154,8 @@ def _measure_feedthrough(
                         for step in way:
                             step.once()
                         for changed in slots[bits[slots] != before].tolist():
-                            if changed in owners:
-                                measured[owners[changed]][target.name] = None
+                            for owner in owners.get(changed, ()):
+                                measured[owner][target.name] = None
                     except Interrupted:
                         raise
                     except SimulationError:

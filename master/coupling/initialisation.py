@@ -233,11 +233,10 @@ class Initialiser:
                     system.instances[component],
                     {link.end for link in system.connections.into(component)},
                 )
-                declared[component] = {}
-                for unknown in instance.description.initialUnknowns:
-                    if unknown.variable is not None and unknown.dependencies is not None:
-                        dependencies = {(component, v.name) for v in unknown.dependencies} & connected
-                        declared[component].setdefault(unknown.variable.name, dependencies)
+                declared[component] = {
+                    unknown: {(component, name) for name in known} & connected
+                    for unknown, known in instance.dependencies(instance.description.initialUnknowns).items()
+                }
                 graph[component, ANY] = connected
             graph.setdefault(link.start, set()).update(declared[component].get(output, {(component, ANY)}))
         try:

@@ -54,10 +54,10 @@ class Fmi1Instance(LibraryInstance):
             kind = v.get("causality"), v.get("variability")
             if kind == ("output", "parameter") and v.get("name") in self.variables:
                 self.variables[v.get("name")].causality = "output"
-        self._direct = {
+        self._direct = self._with_aliases({
             v.get("name"): [n.get("input") or (n.text or "").strip() for n in v.find("DirectDependency")]
             for v in root.iter("ScalarVariable") if v.find("DirectDependency") is not None
-        }  # fmt: skip
+        })  # fmt: skip
 
     def settable(self, name: str) -> bool:
         v = self.variables.get(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -38,6 +39,8 @@ class FmuVariables:
         """When the FMU lets itself be read, as far as it has been found out (`coupling.initialisation`)."""
         self._declared_feedthrough: dict[str, list[str]] | None = None
         """Inputs that outputs depend on at once, where the FMU says it."""
+        self._names: dict[tuple[str, int], list[str]] | None = None
+        """Names of variables by their references."""
         self._structural: dict[str, Any] = {}
         """Values of structural parameters, which sizes of arrays follow; only FMI 3.0 has some."""
         self._units = {u.name: _unit(u) for u in description.unitDefinitions}
@@ -154,14 +157,46 @@ class FmuVariables:
     def _known_feedthrough(self, output: str) -> list[str] | None:
         """See `direct_feedthrough`."""
         if self._declared_feedthrough is None:
-            self._declared_feedthrough = {}
-            for unknown in self.description.outputs:
-                if unknown.variable is not None and unknown.dependencies is not None:
-                    known = [v.name for v in unknown.dependencies if v.causality == "input"]
-                    self._declared_feedthrough.setdefault(unknown.variable.name, known)
+            dependencies = self.dependencies(self.description.outputs)
+            self._declared_feedthrough = {
+                name: [k for k in known if self.variables[k].causality == "input"]
+                for name, known in dependencies.items()
+            }
         if output in self._declared_feedthrough:
             return self._declared_feedthrough[output]
         return self.detected_feedthrough.get(output)
+
+    def dependencies(self, unknowns: Iterable[Any]) -> dict[str, list[str]]:
+        """Names of what unknowns of the model description depend on, by their names; what it does not say is left out.
+
+        Aliases count like the variable that is named there.
+        """
+        told: dict[str, list[str]] = {}
+        for unknown in unknowns:
+            if unknown.variable is not None and unknown.dependencies is not None:
+                told.setdefault(unknown.variable.name, [v.name for v in unknown.dependencies])
+        return self._with_aliases(told)
+
+    def _with_aliases(self, told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+        """Dependencies by name, as the FMU tells them, for and on all names of the same variables."""
+        expanded = {name: [n for k in known for n in self.names_of(k)] for name, known in told.items()}
+        for name, known in list(expanded.items()):
+            for other in self.names_of(name):
+                expanded.setdefault(other, known)
+        return expanded
+
+    def names_of(self, name: str) -> list[str]:
+        """All names of the variable of that name, which have one value reference; none where there is no such one."""
+        if self._names is None:
+            self._names = {}
+            for v in self.variables.values():
+                self._names.setdefault(self._reference(v), []).append(v.name)
+        return self._names[self._reference(self.variables[name])] if name in self.variables else []
+
+    def _reference(self, variable: Any) -> tuple[str, int]:
+        """What tells variables apart: in FMI 1.0 and 2.0 each of the types has references of its own."""
+        known = self.types.get(variable.type)
+        return (known.call_suffix if known is not None else variable.type), variable.valueReference
 
     def checked(self, name: str, value: Any, where: str = "", limited: bool = True) -> Any:
         """`value` in the variable's type, or a `ParameterError` that names variable, value and range.

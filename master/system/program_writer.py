@@ -70,12 +70,14 @@ class ProgramWriter:
         """
         if not self.is_continuous(link) or not link.target.component:
             return False
-        variables = self.instances[link.target.component].variables
-        variable = variables[link.target.name]
-        return not any(
-            variables[other.target.name].derivative is variable and self.is_continuous(other)
+        instance = self.instances[link.target.component]
+        names = instance.names_of(link.target.name)
+        rates = (
+            (instance.variables[name].derivative, other)
             for other in self.links_to(link.target.component)
+            for name in instance.names_of(other.target.name)
         )
+        return not any(of is not None and of.name in names and self.is_continuous(other) for of, other in rates)
 
     def exchange(self, program: Program, names: Iterable[str], instead: dict[int, int] | None = None) -> None:
         """Bring the inputs of these instances up to date. `instead` gives the slots that stand for some sources."""
