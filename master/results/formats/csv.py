@@ -15,6 +15,7 @@ import orjson
 
 from ....core.errors import OutputError, UsageError
 from ....core.files import writing
+from ....core.owned import read_object
 from ....core.repeated import repeated
 from ..columns import Column
 from ..format import Block, Format
@@ -76,11 +77,16 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
     """A frame; 007 would be read as a number, and what is true stands there as 1, so these have to be told."""
     import pandas
 
+    whole = _whole_rows(path.read_bytes()) if _is_of_a_broken_run(path) else b""
+
+    def source() -> Path | io.BytesIO:
+        return io.BytesIO(whole) if whole else path
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the exact reading of decimals is the default of some versions only
-        names = pandas.read_csv(path, nrows=0).columns
+        names = pandas.read_csv(source(), nrows=0).columns
         made = pandas.read_csv(
-            path, float_precision="round_trip", dtype={name: str for name in names if name in texts},
+            source(), float_precision="round_trip", dtype={name: str for name in names if name in texts},
             keep_default_na=False, na_values={name: ["nan"] for name in names if name not in texts},
         )  # fmt: skip
     return made.astype(dict.fromkeys(truths, bool))
@@ -89,7 +95,7 @@ def read(path: Path, texts: Collection[str], truths: Collection[str]) -> Any:
 def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
     """Blocks of rows; a column whose fields are no numbers is one of texts, an empty field among numbers is none.
 
-    A last row that a killed run has not finished is left out.
+    A last row that a run has not finished is left out: it may have all its fields, the last of which is cut off.
     """
     try:
         with path.open("rb") as file:
@@ -102,9 +108,29 @@ def blocks(path: Path, texts: Collection[str]) -> Iterator[Block]:
             while data := file.read(BLOCK) + file.readline():
                 while data.count(b'"') % 2 and (more := file.readline()):  # a text goes on in the next line
                     data += more
+                if len(whole := _whole_rows(data)) < len(data) and _is_of_a_broken_run(path):
+                    data = whole
                 yield _block(path, names, data, texts)
     except UnicodeDecodeError:
         raise UsageError(f"{path}: no result file (it is no text)") from None
+
+
+def _whole_rows(data: bytes) -> bytes:
+    """The rows that end; a line that ends within quotes is no row."""
+    end = len(data)
+    while end and (data[end - 1 : end] != b"\n" or data.count(b'"', 0, end) % 2):
+        end = data.rfind(b"\n", 0, end - 1) + 1
+    return data[:end]
+
+
+def _is_of_a_broken_run(path: Path) -> bool:
+    """Whether a run has written the file that has not come to its end; its rows end with the line, as a row of another
+    tool need not."""
+    for folder in path.absolute().parents:
+        options = read_object(folder / "manifest.json").get("options")
+        if isinstance(options, dict) and (folder / str(options.get("results"))) == path.absolute():
+            return read_object(folder / "summary.json").get("status") not in ("ok", "ended")
+    return False
 
 
 def _block(path: Path, names: Sequence[str], data: bytes, texts: Collection[str]) -> Block:

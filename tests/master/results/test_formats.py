@@ -11,6 +11,7 @@ import pytest
 from deepsea_cosim import simulate
 from deepsea_cosim.core.errors import UsageError
 from deepsea_cosim.master.results import by_suffix, open_writer
+from deepsea_cosim.master.results.blocks import whole
 from deepsea_cosim.master.results.columns import TIME, Column
 from deepsea_cosim.master.results.frame import frame
 
@@ -138,3 +139,36 @@ def test_a_missing_library_is_told_before_anything_is_touched(toys, tmp_path, mo
         with pytest.raises(UsageError, match=f"need {module}"):
             simulate(path, tmp_path / "out", results=name)
     assert {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()} == before
+
+
+WHOLE = b'time,a.y,a.s\n0.1,2.5,"one\ntwo"\n0.2,3.456,three\n'
+
+
+@pytest.mark.parametrize("cut", range(len(b"0.2,3.456,three") + 1))
+@pytest.mark.parametrize("status", [None, "failed", "interrupted"])
+def test_a_row_of_a_broken_run_that_is_cut_off_is_none(tmp_path, cut, status):
+    """Wherever the cut is: what is left of a number may be one as well."""
+    (tmp_path / "manifest.json").write_text('{"options": {"results": "r.csv"}}')
+    if status is not None:
+        (tmp_path / "summary.json").write_text(f'{{"status": "{status}"}}')
+    (tmp_path / "r.csv").write_bytes(WHOLE[: -1 - cut])
+    assert frame(tmp_path / "r.csv", ["a.s"])["a.y"].tolist() == [2.5]
+    assert np.asarray(whole(tmp_path / "r.csv", ["a.s"])["a.y"]).tolist() == [2.5]
+
+
+@pytest.mark.parametrize("cut", [b'"\n0.2,3.456,three\n', b'\ntwo"\n0.2,3.456,three\n'])
+def test_a_text_of_a_broken_run_that_is_cut_off_is_no_row(tmp_path, cut):
+    (tmp_path / "manifest.json").write_text('{"options": {"results": "r.csv"}}')
+    (tmp_path / "r.csv").write_bytes(WHOLE.removesuffix(cut))
+    assert frame(tmp_path / "r.csv", ["a.s"])["time"].tolist() == []
+    assert np.asarray(whole(tmp_path / "r.csv", ["a.s"])["time"]).tolist() == []
+
+
+@pytest.mark.parametrize("manifest", [None, '{"options": {"results": "r.csv"}}', '{"options": {"results": "q.csv"}}'])
+def test_the_last_row_of_another_tool_needs_no_end(tmp_path, manifest):
+    if manifest is not None:
+        (tmp_path / "manifest.json").write_text(manifest)
+        (tmp_path / "summary.json").write_text('{"status": "ok"}')
+    (tmp_path / "r.csv").write_bytes(b"time,a.y\n0.1,2.5\n0.2,3.4")
+    assert frame(tmp_path / "r.csv")["a.y"].tolist() == [2.5, 3.4]
+    assert np.asarray(whole(tmp_path / "r.csv")["a.y"]).tolist() == [2.5, 3.4]
