@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from ..estimation.fit import Fit
-from ..estimation.nuisances import usual_bias
+from ..estimation.nuisances import sensor_offsets
 from ..problem.problem import Problem
 
 
-def residuals_of_all_samples(problem: Problem, fits: Sequence[Fit]) -> tuple[np.ndarray, ...]:
-    """Normalised residuals (n,) of the model as delivered and of fits, with their biases; NaN where a run fails."""
+def residuals_of_all_samples(problem: Problem, fits: Sequence[Fit], training: Problem) -> tuple[np.ndarray, ...]:
+    """Normalised residuals (n,) of the model as delivered and of fits of the training problem, with their biases; NaN
+    where a run fails."""
     whole = replace(problem, observations=problem.samples, recorded=None)
     observations = whole.observations
-    usual = np.array([usual_bias(whole, k) for k in range(len(observations.span))])
-    biases = [np.zeros(len(usual)), *(f.nuisances[: len(usual)] * usual for f in fits)]
+    biases = [np.zeros(len(observations.span)), *(sensor_offsets(whole, f, training) for f in fits)]
     models = whole.exact([{}, *(f.point for f in fits)])
     unknown = np.full(len(observations), np.nan)
     return tuple(

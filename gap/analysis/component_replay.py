@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -43,23 +44,35 @@ class _Whole:
     """Signals that are the rate of another one."""
 
 
+class _Link(NamedTuple):
+    """A connection: its source, the input, and by what the value is multiplied, and what is added to it, on the way."""
+
+    start: str
+    end: str
+    factor: float
+    offset: float
+
+
 @dataclass(frozen=True, eq=False)
 class _Component:
-    """A component with the connections (source, input) into it and its measured outputs."""
+    """A component with the connections into it and its measured outputs."""
 
     name: str
-    connections: Sequence[tuple[str, str]]
+    connections: Sequence[_Link]
     outputs: tuple[str, ...]
 
 
 def replay_components(problem: Problem, point: Point) -> list[Replay]:
     """A replay of every component whose inputs were measured at least in part, at the given point."""
     with Session(problem.campaign.system) as session:
-        links = [(".".join(link.start), ".".join(link.end)) for link in session.system.links]
+        links = [
+            _Link(".".join(x.start), ".".join(x.end), x.conversion.factor, x.conversion.offset)
+            for x in session.system.links
+        ]
         names = list(session.system.instances)
     if len(names) < 2:
         return []
-    sources = tuple(dict.fromkeys(start for start, _ in links))
+    sources = tuple(dict.fromkeys(link.start for link in links))
     rows = problem.rows([point], problem.fit_step, sources, keep=False)[0]
     if rows is None:
         return []
@@ -67,9 +80,9 @@ def replay_components(problem: Problem, point: Point) -> list[Replay]:
     measured = {b.connector for b in problem.samples.series}
     replays = []
     for name in names:
-        connections = [(start, end) for start, end in links if end.startswith(f"{name}.")]
+        connections = [link for link in links if link.end.startswith(f"{name}.")]
         component = _Component(name, connections, tuple(c for c in problem.connectors if c.startswith(f"{name}.")))
-        varying = [s for s, _ in connections if any(np.ptp(w[:, sources.index(s)]) > 0 for w in rows)]
+        varying = [x.start for x in connections if any(np.ptp(w[:, sources.index(x.start)]) > 0 for w in rows)]
         driven = [s for s in varying if s in measured or whole.rates.get(s) in measured]
         if varying and component.outputs and len(driven) == len(varying):
             replays.append(_replay(problem, component, whole))
@@ -95,7 +108,7 @@ def _replay(problem: Problem, component: _Component, whole: _Whole) -> Replay | 
             missed[connector], amplification[connector] = _residual_and_amplification(problem, blocks, signals)
     if not missed:
         return None
-    driven = tuple(s for s, _ in component.connections if s not in assumed)
+    driven = tuple(x.start for x in component.connections if x.start not in assumed)
     return Replay(component.name, driven, tuple(sorted(assumed)), missed, amplification)
 
 
@@ -114,7 +127,7 @@ def _job(
     changes = {k: v for k, v in problem.overrides(r, whole.point).items() if k.split(".", 1)[0] in (component.name, k)}
     inputs = {k: v for k, v in conditions.inputs.items() if k.startswith(f"{component.name}.")}
     cache: dict[str, Smoothed] = {}
-    for start, end in component.connections:
+    for start, end, factor, offset in component.connections:
         measured = start if start in blocks else whole.rates.get(start)
         if measured is not None and measured in blocks:
             if measured not in cache:
@@ -122,10 +135,11 @@ def _job(
                 y = b.y + (rng.normal(0.0, b.noise_std, len(b.y)) if rng is not None else 0.0)
                 inside = np.clip(grid, b.t[0], b.t[-1])
                 cache[measured] = smooth(b.t, y, inside, problem.settings.analysis.replay_kernel)
-            inputs[end] = (grid, cache[measured].value if measured == start else cache[measured].slope)
+            sent = cache[measured].value if measured == start else cache[measured].slope
         else:
             assumed.add(start)
-            inputs[end] = (grid, whole.rows[r][:, whole.sources.index(start)])
+            sent = whole.rows[r][:, whole.sources.index(start)]
+        inputs[end] = (grid, factor * sent + offset)
     step = _step(problem)
     return Job(component.outputs, problem.grid(r, step)[-1], step, changes, inputs, (component.name,))
 

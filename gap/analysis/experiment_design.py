@@ -163,8 +163,7 @@ def _changes(problem: Problem) -> list[dict[str, Any]]:
         addresses = matching(e.parameter, values)
         if not addresses:
             continue
-        current = values[addresses[0]]
-        used = {r.stated.get(e.parameter, current) for r in problem.runs}
+        used = {r.values[addresses[0]] for r in problem.runs}
         changes += [{e.parameter: v} for v in e.values if not any(_is_same_value(v, u) for u in used)]
     return changes
 

@@ -83,7 +83,9 @@ def _averaged(t: np.ndarray, y: np.ndarray) -> list[str]:
     noise = estimate_channel_noise(y, DEFAULT.noise, t)
     if rms(lost) < max(CHECKS.lost_by_averaging * float(y.std()), CHECKS.within_noise * noise):
         return []
-    return [f"{len(y)} readings, of which the diagnosis takes {most} means: they lose what it does; cut shorter runs"]
+    return [
+        f"{len(y)} readings, of which the diagnosis takes {len(means)} means: they lose what it does; cut shorter runs"
+    ]
 
 
 def _noisier(problem: Problem, channel: Channel, t: np.ndarray, y: np.ndarray, model: np.ndarray) -> str | None:

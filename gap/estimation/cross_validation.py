@@ -20,7 +20,8 @@ from .linear import LinearisedModel
 def folds(observations: Observations, stretches: int, count: int) -> list[np.ndarray]:
     """Masks (n,) of the entries left out in turn; together they are all entries.
 
-    Each run is cut into so many stretches of time, which are dealt out to `count` folds, runs shifted to each other.
+    The longest run is cut into so many stretches of time, others into as long ones; they are dealt out to `count`
+    folds, runs shifted to each other.
     Readings that stand alone, such as moments, are dealt out run by run.
     """
     length = max(float(observations.time.max()), 1e-12) / stretches * (1.0 + 1e-12)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..problem.problem import Problem
+from .fit import Fit
 
 
 def nuisance_jacobian_at(problem: Problem, model: np.ndarray) -> np.ndarray:
@@ -25,6 +26,13 @@ def usual_bias(problem: Problem, channel: int) -> float:
     return float(
         max(settings.bias_of_span * observations.span[channel], settings.bias_of_level * observations.level[channel])
     )
+
+
+def sensor_offsets(problem: Problem, fit: Fit, training: Problem) -> np.ndarray:
+    """What the sensors of a problem's channels (k,) read too much, in their units, by a fit of the training problem."""
+    labelled = zip(training.labels, fit.nuisances[: fit.channels], strict=False)
+    biases = {label: q * usual_bias(training, j) for j, (label, q) in enumerate(labelled)}
+    return np.array([biases.get(label, 0.0) for label in problem.labels[: len(problem.observations.span)]])
 
 
 def usual_clock_error(problem: Problem, run: int) -> float:

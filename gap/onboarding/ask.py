@@ -58,20 +58,25 @@ def _is_unit_of(connector: Connector, text: str) -> bool:
     return _is_unit(text) and (connector.quantity is None or unit(text).same_dimension(connector.quantity))
 
 
+_OF_UNITS, _OF_SIGNS = ("is it in ", "in which unit"), "moves against"
+"""How doubts begin, or what they say."""
+
+
 def _doubts(draft: Draft, model: Model, ask: Ask) -> Draft:
     """Channels whose unit or sign is a guess."""
     matches = []
     for m in draft.matches:
-        if any(doubt.startswith(("is it in", "in which unit")) for doubt in m.doubts):
+        if any(doubt.startswith(_OF_UNITS) for doubt in m.doubts):
             said = _valid(
                 ask, f"Column '{m.column}' ({m.connector.address}): in which unit? Enter: {m.unit}: ",
                 partial(_is_unit_of, m.connector),
                 "it has to be a unit of that quantity",
             )  # fmt: skip
-            m = replace(m, unit=said or m.unit, doubts=())
-        if any("moves against" in doubt for doubt in m.doubts):
+            m = replace(m, unit=said or m.unit, doubts=tuple(d for d in m.doubts if not d.startswith(_OF_UNITS)))
+        if any(_OF_SIGNS in doubt for doubt in m.doubts):
             turned = ask(f"Column '{m.column}' moves against the model. Turn its sign? y/N: ").strip().lower()
-            m = replace(m, scale=-1.0 if turned in ("y", "yes") else 1.0, doubts=())
+            rest = tuple(d for d in m.doubts if _OF_SIGNS not in d)
+            m = replace(m, scale=-1.0 if turned in ("y", "yes") else 1.0, doubts=rest)
         matches.append(m)
     return replace(draft, matches=tuple(matches))
 

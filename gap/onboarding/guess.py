@@ -157,7 +157,7 @@ def _aligned(clock: Clock, r: int, columns: Sequence[ColumnOfRuns], matched: Mat
             best = found
     if best is None:
         return clock
-    start = float(f"{(clock.start or 0.0) + best.shift:.4g}")
+    start = float(f"{(clock.start or 0.0) + float(f'{best.shift:.4g}'):.12g}")
     doubt = f"does the model start at {start:g} s of the file? It then moves as the model does"
     return replace(clock, start=start, doubt=doubt)
 
@@ -199,13 +199,13 @@ def _is_measured(value: float, name: str, r: int, columns: Sequence[ColumnOfRuns
 
 
 def _noise(columns: Sequence[ColumnOfRuns], matched: Matched) -> dict[str, float]:
-    """Noise of each output's column, as estimated, in its own unit."""
+    """Noise of each output's column, as estimated, in the unit that the channel has once it is scaled."""
     made = {}
     for m in matched.matches:
         column = next(c for c in columns if c.name == m.column)
         if not m.connector.is_input:
             estimates = [estimate_channel_noise(s.y, DEFAULT.noise, s.t) for s in column.signals.values()]
-            made[m.column] = float(np.median(estimates))
+            made[m.column] = abs(m.scale) * float(np.median(estimates))
     return made
 
 

@@ -56,7 +56,7 @@ def _question(u: Unmatched) -> list[str]:
 def _clock_keys(run: RunDraft) -> dict[str, object]:
     """What the file does not say itself, or what is not as usual."""
     keys: dict[str, object] = {}
-    if not run.clock.stated and run.clock.unit != "s" and not run.source.copy:
+    if not run.clock.stated and run.clock.unit != "s":
         keys["time_unit"] = run.clock.unit
     if run.clock.start is not None:
         first = not run.clock.doubt or run.source.stamped

@@ -58,7 +58,9 @@ def draw_swings(state: State) -> State:
     """All samples of what swings, to be drawn."""
     fits = [state.ranked_baseline.hypothesis.fit, state.reported.hypothesis.fit]
     problems = [state.problem, *([state.holdout.problem] if state.holdout else [])]
-    residuals = [residuals_of_all_samples(p, fits) if p.recorded is not None else () for p in problems]
+    residuals = [
+        residuals_of_all_samples(p, fits, state.problem) if p.recorded is not None else () for p in problems
+    ]
     return replace(state, all_samples=residuals[0], held_samples=residuals[1] if len(residuals) > 1 else ())
 
 

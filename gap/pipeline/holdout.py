@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..checks.campaign_sanity import check_campaign
 from ..checks.time_unit import check_time
 from ..estimation.fit import Fit
 from ..estimation.linear import profile_nuisances
-from ..estimation.nuisances import nuisance_jacobian_at, usual_bias
+from ..estimation.nuisances import nuisance_jacobian_at, sensor_offsets
 from ..problem.build import build_problem
 from ..problem.find_swings import as_compared, compare_swings
 from ..problem.problem import Problem
@@ -27,6 +27,8 @@ class HoldoutRuns:
     problem: Problem
     nominal: np.ndarray
     warnings: tuple[str, ...] = ()
+    residuals: dict[bytes, np.ndarray] = field(default_factory=dict)
+    """Those that were asked for: the last stages need them again, when nothing can be simulated any more."""
 
     @property
     def nominal_residual(self) -> np.ndarray:
@@ -35,16 +37,19 @@ class HoldoutRuns:
 
     def residual_of(self, fit: Fit, training: Problem) -> np.ndarray:
         """Normalised residual (n,) at a fit's point, with its sensor biases and a clock of each run's own."""
+        key = fit.normalised.tobytes() + fit.nuisances.tobytes() + repr(sorted(fit.point)).encode()
+        if key not in self.residuals:
+            self.residuals[key] = self._simulated_residual(fit, training)
+        return self.residuals[key]
+
+    def _simulated_residual(self, fit: Fit, training: Problem) -> np.ndarray:
         model = self.problem.exact([fit.point])[0]
         if model is None:
             failure = self.problem.simulator.failure
             raise SimulationError(f"the held-out runs cannot be simulated at the point found: {failure}")
-        channels = len(self.problem.observations.span)
-        clocks = nuisance_jacobian_at(self.problem, model)[:, channels:]
-        labelled = zip(training.labels, fit.nuisances[: fit.channels], strict=False)
-        biases = {label: q * usual_bias(training, j) for j, (label, q) in enumerate(labelled)}
-        offsets = np.array([biases.get(label, 0.0) for label in self.problem.labels[:channels]])
         observations = self.problem.observations
+        clocks = nuisance_jacobian_at(self.problem, model)[:, len(observations.span) :]
+        offsets = sensor_offsets(self.problem, fit, training)
         shifted = model + np.where(observations.takes_bias, offsets[observations.channel], 0.0)
         return profile_nuisances(self.problem, shifted, clocks, fit.dispersion).residual
 
@@ -52,7 +57,7 @@ class HoldoutRuns:
         """The same, simulated with the macro step that the fits rest on now."""
         d = training.discretisation
         problem = self.problem.with_discretisation(macro_step=d.macro_step, richardson_order=d.richardson_order)
-        return replace(self, problem=problem)
+        return replace(self, problem=problem, residuals={})
 
 
 def build_holdout(training: Problem, campaign: Campaign) -> HoldoutRuns:
@@ -63,8 +68,16 @@ def build_holdout(training: Problem, campaign: Campaign) -> HoldoutRuns:
     time_warnings = check_time(problem)
     assessed = simulate_as_chosen(problem, training)
     warnings = (*time_warnings, *check_campaign(assessed.problem, assessed.nominal))
-    problem = compare_swings(assessed.problem, assessed.nominal)
+    problem = compare_swings(with_middles_of(assessed.problem, training), assessed.nominal)
     return HoldoutRuns(problem, as_compared(problem, assessed.nominal), warnings)
+
+
+def with_middles_of(problem: Problem, training: Problem) -> Problem:
+    """A problem in which a sensor's curvature is about the same middle of its range as in what is learned from."""
+    observations, known = problem.observations, dict(zip(training.labels, training.observations.middle, strict=False))
+    own = zip(problem.labels, observations.middle, strict=False)
+    middle = np.array([known.get(label, m) for label, m in own])
+    return replace(problem, observations=replace(observations, middle=middle))
 
 
 def split_runs(campaign: Campaign) -> Sequence[Campaign]:

@@ -68,12 +68,7 @@ def share_gap(state: State) -> State:
         state = replace(state, holdout=None)
     least = settings.least_probability * state.probabilities[0]
     plausible = [(r, p) for r, p in zip(state.ranked, state.probabilities, strict=True) if p >= least]
-    plausible = plausible[: settings.alternatives]
-    try:
-        alternatives, warnings = _alternatives(state, plausible)
-    except StopRequested:  # all residuals have to be of the same runs
-        state = replace(state, holdout=None)
-        alternatives, warnings = _alternatives(state, plausible)
+    state, alternatives = _divided(state, plausible[: settings.alternatives])
     if not alternatives:
         alternatives.append(Alternative(1.0, {frozenset(): state.residual_of(state.ranked_baseline)}))
     total = sum(a.probability for a in alternatives)
@@ -83,23 +78,49 @@ def share_gap(state: State) -> State:
     gap_budget = budget(
         state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap, form_error
     )
-    return replace(
-        state, alternatives=tuple(alternatives), budget=gap_budget, warnings=(*state.warnings, *warnings)
-    )
+    return replace(state, alternatives=tuple(alternatives), budget=gap_budget)
+
+
+def _divided(
+    state: State, plausible: Sequence[tuple[RankedHypothesis, float]]
+) -> tuple[State, list[Alternative]]:
+    """`_alternatives` on the held-out runs, or on what was learned from if there is no time for these or calibration
+    itself makes them impossible: all residuals have to be of the same runs."""
+    if state.holdout is not None:
+        try:
+            return _alternatives(state, plausible)
+        except StopRequested:
+            pass
+        except SimulationError as error:
+            state = replace(state, warnings=(*state.warnings, f"{state.ranked_baseline.hypothesis.label}: {error}"))
+        state = replace(state, holdout=None)
+    return _alternatives(state, plausible)
 
 
 def _alternatives(
     state: State, plausible: Sequence[tuple[RankedHypothesis, float]]
-) -> tuple[list[Alternative], list[str]]:
-    """Hypotheses with their probabilities and what each subset of their effects leaves, and warnings of those that
-    the held-out runs cannot be simulated with."""
-    alternatives, warnings, fitted = list[Alternative](), list[str](), list(state.ranked)
+) -> tuple[State, list[Alternative]]:
+    """Hypotheses with their probabilities and what each subset of their effects leaves, without those that the held-out
+    runs cannot be simulated with, which are told; what is reported is simulated there, too."""
+    state.residual_of(state.ranked_baseline)
+    alternatives, fitted = list[Alternative](), list(state.ranked)
     for r, p in plausible:
         try:
             alternatives.append(Alternative(p, _residuals(state, r, fitted)))
         except SimulationError as error:
-            warnings.append(f"{r.hypothesis.label}: {error}")
-    return alternatives, warnings
+            state = _without(state, r, error)
+    while True:
+        try:
+            state.residual_of(state.reported)
+        except SimulationError as error:
+            state = _without(state, state.reported, error)
+        else:
+            return state, alternatives
+
+
+def _without(state: State, r: RankedHypothesis, error: SimulationError) -> State:
+    warnings = (*state.warnings, f"{r.hypothesis.label}: {error}")
+    return replace(state, not_held_out=(*state.not_held_out, r), warnings=warnings)
 
 
 def _residuals(

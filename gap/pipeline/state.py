@@ -120,6 +120,8 @@ class State:
 
     # probabilities
     probabilities: tuple[float, ...] = ()
+    not_held_out: tuple[RankedHypothesis, ...] = ()
+    """Those with which the held-out runs cannot be simulated."""
     """Of the ranked hypotheses, which are then in their order; they add up to 1."""
     inclusion: Inclusion = field(default_factory=lambda: Inclusion({}, {}, {}))
     alternatives: tuple[Alternative, ...] = ()
@@ -221,16 +223,17 @@ class State:
 
     @property
     def reported(self) -> RankedHypothesis:
-        """The most probable hypothesis of named effects only, else the baseline: its parameters are reported."""
+        """The most probable hypothesis of named effects only that the held-out runs can be simulated with, else the
+        baseline: its parameters are reported."""
         named = (r for r in self.ranked if all(self.is_named(id) for id in r.hypothesis.ids))
-        return next(named, self.ranked_baseline)
+        return next((r for r in named if r not in self.not_held_out), self.ranked_baseline)
 
     @property
     def verdict(self) -> str:
         """explained, explained_in_part, no_significant_gap or unexplained."""
         settings, inclusion = self.problem.settings, self.inclusion
         adequate = is_adequate(self.problem, self.ranked_baseline.hypothesis.fit)
-        scatter = self.problem.stated_scatter
+        scatter = self.scoring.stated_scatter
         return verdict(
             self.required_budget, inclusion.effects, inclusion.groups, adequate, scatter, settings.posterior,
             settings.budget,

@@ -217,7 +217,7 @@ def _until_last_reading(
     r: int, conditions: RunConditions, campaign: Campaign, blocks: Sequence[RawBlock], step: float
 ) -> RunConditions:
     """The run, as far as it was measured, in whole steps."""
-    stop = max(float(b.t[-1]) for b in blocks if b.run == r)
+    stop = max(float((b.t if b.members is None else b.members).max()) for b in blocks if b.run == r)
     if campaign.runs[r].events:
         stop = max(stop, campaign.runs[r].stop)
     return replace(conditions, stop=float(np.ceil(stop / step - 1e-9) * step))

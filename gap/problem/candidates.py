@@ -88,13 +88,13 @@ def effect_candidates(
     campaign: Campaign, catalogue: Catalogue, runs: Sequence[RunConditions], observations: Observations,
     warnings: list[str], settings: Settings,
 ) -> tuple[EffectCandidate, ...]:  # fmt: skip
-    """The effects of the machine, and those of every channel's sensor."""
+    """The effects of the machine, and those of every channel's sensor, unless it reads the same all the time."""
     curves = [curve_form(c, settings.curves) for c in catalogue.curves]
     candidates = [_effect_candidate(e, curves, runs, warnings, settings.parameters) for e in catalogue.effects]
     channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in observations.blocks)]
     for s in catalogue.sensors:
         for k, c in enumerate(campaign.outputs):
-            if c in channels:
+            if c in channels and observations.span[k] > settings.parameters.least_span * observations.level[k]:
                 candidates.append(
                     _sensor_candidate(s, c.connector, float(observations.span[k]), len(channels), settings.parameters)
                 )

@@ -120,6 +120,8 @@ class Observations:
     """Largest minus smallest reading of each channel over all runs."""
     level: np.ndarray
     """Largest magnitude of a reading of each channel."""
+    middle: np.ndarray
+    """Middle between largest and smallest reading of each channel over all runs."""
     settings: NoiseSettings = field(default_factory=NoiseSettings)
 
     @property
@@ -187,8 +189,7 @@ class Observations:
 
     def middle_of(self, connector: str) -> float:
         """Middle between a channel's largest and smallest reading in any run."""
-        parts = [self.y[b.place] for b in self.series if b.connector == connector]
-        return 0.5 * float(max(p.max() for p in parts) + min(p.min() for p in parts)) if parts else 0.0
+        return next((float(self.middle[b.channel]) for b in self.blocks if b.connector == connector), 0.0)
 
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""
@@ -329,11 +330,12 @@ def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) ->
         )  # fmt: skip
         place = end
     channels = 1 + max(b.channel for b in placed)
-    span, level = np.zeros(channels), np.zeros(channels)
+    span, level, middle = np.zeros(channels), np.zeros(channels), np.zeros(channels)
     for c in range(channels):
         parts = [b.y for b in placed if b.channel == c and b.event is None]
         if parts:
-            span[c] = max(np.max([p.max() for p in parts]) - np.min([p.min() for p in parts]), 1e-300)
+            greatest, least = np.max([p.max() for p in parts]), np.min([p.min() for p in parts])
+            span[c], middle[c] = max(greatest - least, 1e-300), 0.5 * (greatest + least)
             level[c] = max(float(np.abs(p).max()) for p in parts)
     return Observations(
         tuple(placed),
@@ -344,5 +346,6 @@ def gather(blocks: Sequence[RawBlock], settings: NoiseSettings | None = None) ->
         np.concatenate([b.t for b in placed]),
         span,
         level,
+        middle,
         settings or NoiseSettings(),
     )

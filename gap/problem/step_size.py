@@ -149,8 +149,9 @@ def choose_difference_step(problem: Problem) -> Problem:
     settings = problem.settings.numerics
     if not problem.base:
         return problem
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
+    drawn = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
     for h in settings.difference_steps:
+        signs = [1.0 if x.low > -2.0 * h else s for x, s in zip(problem.base, drawn, strict=True)]
         problem = problem.with_discretisation(difference_step=h)
         points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
         at_start, one, two = problem.evaluate(points)

@@ -96,6 +96,8 @@ class ParameterSettings:
     """Such standard deviations that reach to the end of an effect's range, at most: what a catalogue allows is not
     ruled out by what is usual (friction of a seal 43 times the usual one, 12 of 46 noises, was found and judged away:
     seed 20261202, case 28)."""
+    least_span: float = 1e-9
+    """Span of a channel's readings, as a share of the largest, up to which its sensor reads the same all the time."""
     drift_time: float = 60.0
     """Time over which a catalogue states a sensor's drift [s]."""
 

@@ -171,3 +171,9 @@ def test_a_few_uneven_stretches_have_intervals_too(seconds):
     made = {frozenset(s): rng.normal(0.0, sd, len(t)) for s, sd in {"": 3.0, "a": 1.5}.items()}
     part = budget(short, [Alternative(1.0, made)], GROUPS, SETTINGS).groups["first"]
     assert part.ci95[0] < part.share < part.ci95[1]
+
+
+def test_what_calibration_leaves_is_as_the_most_probable_hypothesis_sees_it():
+    """Of another one, that has a sensor's bias, calibration leaves something else."""
+    found = split([alternative(PAIR, 0.9), alternative({"": 5.0, "c": 1.0}, 0.1)])
+    assert found.calibrated == pytest.approx(np.sqrt(11.0))

@@ -73,3 +73,10 @@ def test_the_question_is_between_hypotheses_about_something_else():
     assert design.rival(found, [0.5, 0.3, 0.15, 0.05], problem) == 2
     assert design.rival(found, [0.68, 0.3, 0.01, 0.01], problem) == 1
     assert design.rival(found[:1], [1.0], problem) is None
+
+
+def test_what_a_run_does_not_state_it_has_had_as_the_package_says():
+    experiment = SimpleNamespace(parameter="depth", values=(0.0, 3000.0, 6000.0))
+    runs = [SimpleNamespace(values={"m.depth": d}) for d in (3000.0, 0.0)]
+    problem = SimpleNamespace(runs=runs, catalogue=SimpleNamespace(experiments=[experiment]))
+    assert design._changes(problem) == [{}, {"depth": 6000.0}]

@@ -1,11 +1,15 @@
 """The parts of a guess: headings, numbers in files' names, likeness of shapes, texts of TOML."""
 
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from deepsea_cosim.gap.checks.shapes import Signal, compare
+from deepsea_cosim.gap.onboarding.clock import Clock
+from deepsea_cosim.gap.onboarding.columns import Match
 from deepsea_cosim.gap.onboarding.conditions import is_held_out, stated_in
+from deepsea_cosim.gap.onboarding.guess import _aligned
 from deepsea_cosim.gap.onboarding.headings import is_time_heading, likeness, readings, time_unit, words
 from deepsea_cosim.gap.onboarding.toml_text import value
 
@@ -83,3 +87,13 @@ def test_likeness_of_shapes():
 def test_values_in_toml():
     values = {"a.b": True, "c": 'say "so"\\', "d": [1, 2.5], "e": {"x y": -1e-9}}
     assert tomllib.loads(f"t = {value(values)}")["t"] == values
+
+
+def test_a_clock_that_is_shifted_far_into_a_file_keeps_its_digits():
+    match = Match("x", SimpleNamespace(address="o.x", is_input=False), "mm", "name")
+    t = np.arange(0.0, 20.0, 0.02)
+    y = np.interp(t, [5.0, 6.0, 8.0, 9.0], [0.0, 1.0, 1.0, 0.0])
+    column = SimpleNamespace(name="x", signals={0: Signal(t, np.interp(t - 2.8, t, y))})
+    matched = SimpleNamespace(matches=[match], nominal={0: {"o.x": Signal(t, y)}})
+    moved = _aligned(Clock("s", False, 86410.0), 0, [column], matched)
+    assert moved.start == pytest.approx(86412.8, abs=0.05)

@@ -218,3 +218,11 @@ def test_a_file_that_is_no_run_is_told_in_a_line(rig, tmp_path, capsys, name, co
     assert name in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out" / "campaign.toml").exists()
+
+
+def test_a_time_in_ms_in_a_file_that_is_copied(rig, written, tmp_path):
+    """Remarks above the head are not for the readers, so the run is written anew, with its times as they were."""
+    file = written("run.csv", "t;u;x_mm", [(0, 1e3), (1, 1.0), (2, 1e3)], delimiter=";", above="Rig 7\nOperator B\n\n")
+    assert new(rig.packed, [file], tmp_path / "out", "--quiet") == 0
+    (run,) = read(tmp_path / "out" / "campaign.toml").runs
+    assert run.stop == pytest.approx(12.0, abs=0.1)

@@ -4,17 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.errors import SimulationError
 from deepsea_cosim.gap.campaign import read_catalogue
 from deepsea_cosim.gap.campaign.read import CampaignError, read
 from deepsea_cosim.gap.diagnose import diagnose
 from deepsea_cosim.gap.estimation.nuisances import usual_bias
 from deepsea_cosim.gap.pipeline import holdout, probabilities
-from deepsea_cosim.gap.pipeline.holdout import build_holdout
+from deepsea_cosim.gap.pipeline.holdout import HoldoutRuns, build_holdout
 from deepsea_cosim.gap.pipeline.preparation import assess_steps, build_held_out_runs
 from deepsea_cosim.gap.pipeline.state import initial_state
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.stop import StopRequested, StopToken
 from deepsea_cosim.gap.result.document import document
+from deepsea_cosim.gap.settings import DEFAULT
 from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import STOP, campaign, measure
@@ -101,3 +103,34 @@ def test_a_stop_at_a_later_alternative_leaves_a_budget_of_the_same_runs(uneven, 
     assert calls[:2] == [state.holdout] * 2
     assert set(map(bool, calls[2:])) == {False}
     assert sum(shared.budget.effects.values()) + shared.budget.unexplained.share == pytest.approx(1.0)
+
+
+def test_what_was_simulated_of_held_out_runs_is_told_when_nothing_can_be_any_more(uneven):
+    """Points that memory does not hold would have to be simulated again, after the processes have ended."""
+    forgetful = replace(DEFAULT, numerics=replace(DEFAULT.numerics, kept=0.0))
+    assert document(diagnose(read(uneven), processes=1, settings=forgetful))["budget"]["held_out"].startswith("runs")
+
+
+def test_a_set_that_the_held_out_runs_cannot_be_simulated_with_is_not_reported(uneven, monkeypatch):
+    simulated = HoldoutRuns._simulated_residual
+
+    def without_effects(self, fit, training):
+        if any(x.kind != "base" for x in fit.parameters):
+            raise SimulationError("the held-out runs cannot be simulated")
+        return simulated(self, fit, training)
+
+    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", without_effects)
+    d = diagnose(read(uneven), processes=1)
+    assert not d.state.reported.hypothesis.candidates
+    assert any("cubic_spring" in w and "cannot be simulated" in w for w in d.state.warnings)
+    assert document(d)["budget"]["held_out"].startswith("runs")
+
+
+def test_where_calibration_makes_the_held_out_runs_impossible_the_others_serve(uneven, monkeypatch):
+    def never(self, fit, training):
+        raise SimulationError("the held-out runs cannot be simulated")
+
+    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", never)
+    d = diagnose(read(uneven), processes=1)
+    assert document(d)["budget"]["held_out"].startswith("stretches")
+    assert any("cannot be simulated" in w for w in d.state.warnings)

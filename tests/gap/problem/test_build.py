@@ -6,7 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.campaign.read_catalogue import load
 from deepsea_cosim.gap.cli import main
+from deepsea_cosim.gap.problem.build import build_problem
+from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import campaign, measure
 
@@ -50,3 +54,15 @@ def test_an_accepted_effect_is_of_the_catalogue(toys: Path, tmp_path: Path, caps
     path = campaign(tmp_path, toys, [run()], head='accept = ["cubic_sprin"]\n')
     assert main(["diagnose", str(path), "--out", str(tmp_path / "d"), "--quiet"]) == 2
     assert "accept: no effect 'cubic_sprin' in the catalogue; did you mean 'cubic_spring'" in capsys.readouterr().err
+
+
+def test_a_run_lasts_to_its_last_sample_where_means_are_compared(toys: Path, tmp_path: Path) -> None:
+    """The last mean ends before that: the model would be held where its run ends."""
+    t = np.arange(12001) * 1e-3
+    told = read(campaign(tmp_path, toys, [np.column_stack([t, np.zeros(len(t)), 1e-3 * t])]))
+    with Pool(told.system, processes=1) as pool:
+        problem = build_problem(told, load(told.effects), pool)
+    (block,) = problem.observations.series
+    assert block.members is not None
+    assert block.members[-1, -1] > block.t[-1]
+    assert problem.runs[0].stop >= block.members[-1, -1]

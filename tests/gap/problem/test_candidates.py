@@ -7,13 +7,17 @@ import pytest
 from deepsea_cosim.core.errors import CosimError, UnknownNameError
 from deepsea_cosim.gap.campaign.campaign import Campaign
 from deepsea_cosim.gap.campaign.catalogue import Base, Catalogue, Experiment, Measurable
-from deepsea_cosim.gap.campaign.read_catalogue import load_from_package
+from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.campaign.read_catalogue import load, load_from_package
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.candidates import base_parameters, check_catalogue
 from deepsea_cosim.gap.problem.parameters import EstimatedParameter
 from deepsea_cosim.gap.problem.problem import RunConditions
 from deepsea_cosim.gap.settings import ParameterSettings
+from deepsea_cosim.master.parallel.pool import Pool
 from deepsea_cosim.master.simulation.session import Session
+
+from tests.gap.oscillator import campaign, measure
 
 
 def test_values_that_an_fmu_refuses_are_found_at_once(built):
@@ -57,3 +61,22 @@ def test_two_base_entries_of_one_parameter_are_refused():
 def test_a_step_of_a_difference_stays_in_the_range(u, h, step):
     x = EstimatedParameter("x", "base", 1.0, 0.1, -1.0, 1.0, 1.0)
     assert x.step_inside(u, h) == pytest.approx(step)
+
+
+def test_a_channel_that_reads_the_same_all_the_time_has_no_errors_of_its_sensor(toys, tmp_path):
+    """Its span is nothing: a curvature in units of that would be without end."""
+    runs = [measure(1, lambda t, x, v: 0.0)]
+    path = campaign(tmp_path, toys, runs)
+    flat = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "m/s"\nnoise_std = 0.02\n'
+    path.write_text(path.read_text().replace("[[run]]", flat + "[[run]]", 1))
+    run = tmp_path / "run0.csv"
+    head, *rows = run.read_text().splitlines()
+    run.write_text("\n".join([head + ",v", *(row + ",0.25" for row in rows)]) + "\n")
+    told = read(path)
+    effects = (tmp_path / told.effects).read_text() if told.effects else ""
+    assert "[[sensor]]" in effects
+    with Pool(told.system, processes=1) as pool:
+        problem = build_problem(told, load(told.effects), pool)
+    sensors = {x.parameters[0].name for x in problem.candidates if x.parameters[0].kind == "sensor"}
+    assert sensors
+    assert not [name for name in sensors if ".o.v." in name]

@@ -134,3 +134,18 @@ def test_entries_have_the_time_and_channel_of_their_block():
         assert observations.time[b.place] == pytest.approx(b.t)
         assert set(observations.channel[b.place]) == {b.channel}
     assert observations.blocks[-1].place.stop == len(observations)
+
+
+@pytest.mark.parametrize("hole", [1.1, 1.3, 1.6, 1.8])
+def test_a_hole_in_the_readings_of_a_swing(hole):
+    """A window without samples has no amplitude: it would be the logarithm of nothing."""
+    there = (T < 10.0) | (10.0 + hole < T)
+    random, y = np.random.default_rng(0), commanded() + own()
+    read = (y + random.normal(0.0, NOISE, len(T)))[there]
+    observations = gather([RawBlock(0, 0, "m.0", T[there], read, NOISE, None, True)])
+    problem = FormulaProblem(at_any_step(lambda p: commanded()[there]), observations)
+    compared = compare_swings(problem, commanded()[there])
+    assert any(b.feature is not None for b in compared.observations.blocks)
+    assert np.isfinite(compared.observations.y).all()
+    assert np.isfinite(as_compared(compared, y[there])).all()
+    assert compared.observations.noise_std.min() > 0.1 * NOISE

@@ -128,3 +128,10 @@ def test_events_share_what_they_have_beyond_the_noise():
     observations = gather([RawBlock(k, 0, "m.x", np.zeros(1), np.zeros(1), 1.0, event, True) for k in range(4)])
     assert observations.structured_energy(np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
     assert observations.structured_energy(np.array([2.0, -2.0, 2.0, 2.0])) == 3.0
+
+
+def test_the_middle_of_a_channel_is_that_of_all_runs():
+    blocks = [RawBlock(r, 0, "a.x", T, y, 0.1, None, True) for r, y in enumerate((np.sin(T), T))]
+    observations = gather(blocks)
+    assert observations.middle_of("a.x") == pytest.approx(0.5 * (np.sin(T).min() + 10.0))
+    assert observations.until(2.0).middle_of("a.x") == observations.middle_of("a.x")

@@ -119,3 +119,16 @@ def test_noise_is_not_widened_without_bound_for_a_step_that_changes_the_model():
     widened = np.median(assessed.problem.observations.noise_std) / 0.01
     assert widened < np.hypot(1.0, DEFAULT.noise.step_error_share) + 0.1
     assert "m.x" in assessed.unresolved
+
+
+def test_a_parameter_that_cannot_be_less_is_changed_upwards():
+    """Of an accepted effect that stands at the end of its range, runs on the other side fail."""
+    base = tuple(EstimatedParameter(name, "base", 1.0, 0.05, 0.0, 2.0, 1.0) for name in "abcdef")
+
+    def run(p, step):
+        if min(p.values()) < 0.0:
+            return None
+        return np.sin(np.arange(500) * 0.1 * (1.0 + 0.05 * p["a"])) * (1.0 + 0.05 * p["b"])
+
+    p = FormulaProblem(run, one_channel(np.arange(500.0), np.zeros(500), 1.0), base)
+    assert choose_difference_step(p).discretisation.difference_step == 1e-4
