@@ -14,8 +14,11 @@ from ...core.errors import did_you_mean
 from ...ssp.model import AnswersAsked
 from .formulas import Formula, FormulaError, Number, number
 
-PLACE = re.compile(r"\{([^{}:]+)(?::(\d))?\}")
+PLACE = re.compile(r"\{([^{}:]+)(?::([1-9]))?\}")
 """A value's name in a sentence, and how many digits of it are shown."""
+
+BRACES = re.compile(r"\{[^{}]*\}")
+"""What looks like the place of a value in a sentence."""
 
 DIGITS = 3
 USUAL = 1e-4, 1e7
@@ -126,7 +129,12 @@ def sound(asked: AnswersAsked, known: Collection[str]) -> tuple[AnswersAsked, li
     sentences = []
     for s in asked.sentences:
         lacking = [name for name, _ in PLACE.findall(s.text) if name not in {v.name for v in values}]
-        if lacking:
+        if odd := BRACES.search(PLACE.sub("", s.text)):
+            remarks.append(
+                f"{s.where}: the sentence is not said: '{odd[0]}' is no place of a value; expected {{name}}, or "
+                "{name:digits} with 1 to 9 digits"
+            )
+        elif lacking:
             remarks.append(f'{s.where}: the sentence is not said: there is no value \'{lacking[0]}\'')
         elif holds(s.where, s.condition, "the sentence is not said"):
             sentences.append(s)

@@ -58,6 +58,8 @@ def test_a_package_without_any_says_nothing(fmus, tmp_path):
      ('<Value name="a" is="1 +"/>', "'1 +' is no formula"),
      ('<Value name="a" is="a.y1"/>', "it is a signal, no number"),
      ("<Say>{b}</Say>", "the sentence is not said: there is no value 'b'"),
+     ("<Say>{end:0}</Say>", "the sentence is not said: '{end:0}' is no place of a value; expected {name}, or"),
+     ("<Say>{end:12}</Say>", "the sentence is not said: '{end:12}' is no place of a value; expected {name}, or"),
      ('<Say if="x &gt; 1">So.</Say>', "the sentence is not said: there is no signal or parameter 'x'")],
 )  # fmt: skip
 def test_what_cannot_be_told_is_a_warning_with_its_place(fmus, tmp_path, answers, words):
