@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..settings import ONBOARDING
 from .draft import Draft, RunDraft, Unmatched
 from .toml_text import quoted, value, with_comment
 
@@ -35,7 +36,7 @@ def campaign_text(draft: Draft, system: str, effects: str | None, files: Sequenc
     lines += [line for u in draft.unmatched for line in _question(u)]
     for run, file in zip(draft.runs, files, strict=True):
         lines += _run(run, file, common)
-    if all(r.use is None for r in draft.runs) and len(draft.runs) >= 4:
+    if all(r.use is None for r in draft.runs) and len(draft.runs) >= ONBOARDING.holdout_from:
         lines += ["", '# ? Which runs are kept to test the others? use = "holdout" in them']
     lines += _base(draft)
     return "\n".join(lines) + "\n"
@@ -94,5 +95,5 @@ def _base(draft: Draft) -> list[str]:
     for p in rest:
         unit = f" {p.unit}" if p.unit else ""
         lines += ["# [[base]]", with_comment(f"# parameter = {quoted(p.address)}", f"{p.value:g}{unit}"),
-                  "# tolerance = 0.05"]  # fmt: skip
+                  f"# tolerance = {ONBOARDING.usual_tolerance:g}"]  # fmt: skip
     return lines

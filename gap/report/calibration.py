@@ -44,8 +44,15 @@ def _row(name: str, p: Data) -> Context:
     return {
         "name": name, "value": value, "ends": ends, "power": power, "unit": pretty(p["unit"]),
         "change": change(p["change"]), "at": p["change"], "low": low, "high": high, "tolerance": p["tolerance"],
-        "tolerance_text": f"±{100.0 * p['tolerance']:.3g}\u00a0%", "at_tolerance": p["at_tolerance"],
+        "tolerance_text": _tolerance(p), "at_tolerance": p["at_tolerance"],
     }  # fmt: skip
+
+
+def _tolerance(p: Data) -> str:
+    """As it was stated: a share of the value, or a factor."""
+    if factor := p.get("tolerance_factor"):
+        return f"× or ÷\u00a0{factor:g}"
+    return f"±{100.0 * p['tolerance']:.3g}\u00a0%"
 
 
 def _place(x: float, reach: float) -> float:

@@ -193,3 +193,12 @@ def test_sets_of_effects_are_told_with_their_forms():
     effect = data["hypotheses"][0]["effects"][0]
     data["hypotheses"][0]["forms"] = {effect: "unequal_lands"}
     assert f"{effect} [unequal_lands]" in Page(render(data)).words
+
+
+def test_a_tolerance_that_is_a_factor_is_told_as_one(tmp_path):
+    data = diagnosis()
+    name, moved = next(iter(data["calibration"]["moved"].items()))
+    moved |= {"tolerance": 9.0, "tolerance_factor": 10.0}
+    page = write_report(data, signals(), tmp_path).read_text(encoding="utf-8")
+    assert "× or ÷\u00a010" in page
+    assert "900" not in page[page.index(name) :][:600]
