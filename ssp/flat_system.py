@@ -121,6 +121,8 @@ class FlatSystem:
     """What is harmless but hardly meant: bindings of names that nothing has, connectors that lead nowhere."""
     undriven: dict[End, str] = field(default_factory=dict)
     """What to tell of the inputs at the end of ways that nothing drives, unless they are given a value."""
+    cut: frozenset[str] = frozenset()
+    """Connectors of systems that lead only to components that have been left out: a value for them sets nothing."""
 
     def connects(self, end: End) -> bool:
         """Whether a connection brings something to a variable of a component, or takes something from it."""
@@ -151,7 +153,7 @@ class FlatSystem:
         return by_input
 
     def only(self, paths: list[str]) -> FlatSystem:
-        """The network with some of its components only."""
+        """The network with some of its components only; raises `UnknownNameError` for one that is not there."""
         for path in paths:
             if path not in self.components:
                 raise UnknownNameError(f"no component '{path}'{did_you_mean(path, list(self.components))}")
@@ -159,6 +161,7 @@ class FlatSystem:
         def is_inside(flat_connection: FlatConnection) -> bool:
             return all(path == "" or path in paths for path in (flat_connection.start[0], flat_connection.end[0]))
 
+        connectors = {name: tuple(t for t in targets if t[0] in paths) for name, targets in self.connectors.items()}
         return replace(
             self,
             components={path: flat_component for path, flat_component in self.components.items() if path in paths},
@@ -166,4 +169,7 @@ class FlatSystem:
             parameter_connections=tuple(filter(is_inside, self.parameter_connections)),
             outputs=tuple(filter(is_inside, self.outputs)),
             bound_parameters=tuple(s for s in self.bound_parameters if s.component in paths),
+            connectors=connectors,
+            undriven={end: text for end, text in self.undriven.items() if end[0] in paths},
+            cut=self.cut | {name for name, targets in self.connectors.items() if targets and not connectors[name]},
         )

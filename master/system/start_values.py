@@ -118,6 +118,8 @@ def expanded(
 ) -> Iterator[tuple[str, Any]]:
     """The changes with those of connectors of systems replaced by what these lead to."""
     for address, value in changes:
+        if address in network.cut:
+            continue
         if address in network.inputs or not network.connectors.get(address):
             yield address, value
             continue

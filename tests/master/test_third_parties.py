@@ -302,6 +302,21 @@ def test_names_of_connectors_of_systems_can_be_set(fmus, tmp_path):
         assert rows[-1, 0] == 10.0
 
 
+def test_connectors_of_systems_reach_the_components_that_are_loaded(fmus, tmp_path):
+    """One that leads only to others sets nothing, as a value that the package binds for them."""
+    root = system("root", gain("a", 3.0), gain("b", 4.0),
+                  made=tuple(connector(n, "parameter") for n in ("both", "other")),
+                  links=(link("both", "a.D[1,1]"), link("both", "b.D[1,1]"), link("other", "b.x0[1]")))  # fmt: skip
+    path = package(tmp_path / "p.ssp", root, with_fmu(fmus))
+    with Session(path, only=["a"]) as session:
+        changes = {"both": 5.0, "other": 1.0, "a.u1": 2.0}
+        assert session.run(["a.y1"], 1.0, 0.1, changes)[1][-1, 0] == 10.0
+        assert session.targets("both") == [("a", "D[1,1]")]
+        assert session.values(changes)["a.D[1,1]"] == 5.0
+        with pytest.raises(CosimError, match="no component has a parameter 'others'"):
+            session.run(["a.y1"], 1.0, 0.1, {"others": 1.0})
+
+
 def test_bindings_that_set_nothing_say_why(fmus, tmp_path):
     root = system("root", gain("a", 3.0), made=(connector("x", "output"), connector("y", "parameter")),
                   links=(link("a.y1", "x"),),
