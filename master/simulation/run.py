@@ -77,24 +77,25 @@ def run(
     """
     options = options or Options()
     begin = perf_counter()
-    with ExitStack() as stack:
-        interrupt = stack.enter_context(interrupts(on_hang is not None))
-        folder = stack.enter_context(returning()) / folder
-        plan = make_plan(package, options, stack, interrupt)
-        run_identity = identity(plan) if options.saves or plan.resumed is not None else {}
-        plan.remarks += check_resumed(plan, run_identity, folder)
-        files = stack.enter_context(result_folder(folder, options.results, options.log, say))
-        options = plan.options
-        tell.results(str(files.folder), options.results)
-        write_manifest(files.place, manifest(package, plan.network, options))
-        under_way = _Run(package, files, plan, interrupt, on_hang, begin, run_identity)
-        under_way.start(stack, log, stride, loaded)
-        under_way.take_steps(progress)
-        under_way.warn_of_late_loops()
-        result = under_way.result()
-    under_way.warn_of_termination()
-    if options.check_step:
-        _check_step(result, package, options, log, progress, on_hang)
+    with ExitStack() as outer:  # the folder is held until nothing is written there any more, the FMUs are freed before
+        with ExitStack() as stack:
+            interrupt = stack.enter_context(interrupts(on_hang is not None))
+            folder = stack.enter_context(returning()) / folder
+            plan = make_plan(package, options, stack, interrupt)
+            run_identity = identity(plan) if options.saves or plan.resumed is not None else {}
+            plan.remarks += check_resumed(plan, run_identity, folder)
+            files = outer.enter_context(result_folder(folder, options.results, options.log, say))
+            options = plan.options
+            tell.results(str(files.folder), options.results)
+            write_manifest(files.place, manifest(package, plan.network, options))
+            under_way = _Run(package, files, plan, interrupt, on_hang, begin, run_identity)
+            under_way.start(stack, log, stride, loaded)
+            under_way.take_steps(progress)
+            under_way.warn_of_late_loops()
+            result = under_way.result()
+        under_way.warn_of_termination()
+        if options.check_step:
+            _check_step(result, package, options, log, progress, on_hang)
     return result
 
 

@@ -6,7 +6,7 @@ import json
 import subprocess
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +89,23 @@ def test_one_run_at_a_time_writes_to_a_folder(fmus, tmp_path):
         run(path, tmp_path / "out")
     assert (tmp_path / "out" / "results.csv").read_bytes() == before
     run(path, tmp_path / "out")
+
+
+def test_the_folder_is_held_until_all_is_written(fmus, tmp_path):
+    """The run with half the step writes into the summary, long after the record is whole."""
+    path = package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus))
+    totals, free = set(), []
+
+    def progress(done, total):
+        totals.add(total)
+        with suppress(OutputError), held(tmp_path / "out", "somebody"):
+            free.append(total)
+
+    run(path, tmp_path / "out", Options(check_step=True), progress=progress)
+    assert len(totals) == 2
+    assert not free
+    with held(tmp_path / "out", "somebody"):
+        pass
 
 
 @pytest.mark.parametrize(
