@@ -156,31 +156,42 @@ def bounded_minimum(
     It is exact, for effects that act alike make a long narrow valley: where the free solution lies outside, one of the
     sizes is at one of its bounds.
     """
-    size = g.shape[1]
-    diagonal = np.maximum(np.einsum("kii->ki", G), 1e-12)
-    if size == 1:
-        t = np.clip(g / diagonal, low, high)
-    else:
-        t = np.linalg.solve(G + 1e-10 * diagonal[:, :, None] * np.eye(size), g[:, :, None])[:, :, 0]
-    value = np.einsum("ki,kij,kj->k", t, G, t) - 2.0 * np.einsum("ki,ki->k", g, t)
+    if g.shape[1] == 1:
+        t = np.clip(g / np.maximum(G[:, :, 0], 1e-12), low, high)
+        return t, (t * (G[:, :, 0] * t - 2.0 * g))[:, 0]
+    t = _free_minimum(G, g)
+    value = np.einsum("ki,ki->k", t, np.einsum("kij,kj->ki", G, t) - 2.0 * g)
     outside = np.flatnonzero(np.any((t < low) | (t > high), axis=1))
-    if not len(outside):
-        return t, value
-    value[outside] = np.inf
-    for i in range(size):
-        rest = np.delete(np.arange(size), i)
-        for bound in (low, high):
-            b = bound[outside, i]
-            inner, cross = G[outside][:, rest][:, :, rest], G[outside][:, rest, i]
-            other_sizes, reduced = bounded_minimum(
-                inner, g[outside][:, rest] - cross * b[:, None], low[outside][:, rest], high[outside][:, rest]
-            )
-            reduced = reduced + G[outside, i, i] * b**2 - 2.0 * g[outside, i] * b
-            improves = reduced < value[outside]
-            chosen = outside[improves]
-            value[chosen] = reduced[improves]
-            t[chosen, i] = b[improves]
-            t[chosen[:, None], rest] = other_sizes[improves]
+    if len(outside):
+        t[outside], value[outside] = _on_bounds(G[outside], g[outside], low[outside], high[outside])
+    return t, value
+
+
+def _free_minimum(G: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """The same without bounds: t (S, s)."""
+    size = g.shape[1]
+    G = G + 1e-10 * np.maximum(np.einsum("kii->ki", G), 1e-12)[:, :, None] * np.eye(size)
+    if size == 2:  # most are pairs, for which this takes a third of the time
+        (a, b), c = G[:, 0].T, G[:, 1, 1]
+        adjugate = np.stack([c * g[:, 0] - b * g[:, 1], a * g[:, 1] - b * g[:, 0]], axis=1)
+        return np.asarray(adjugate / (a * c - b * b)[:, None])
+    return np.asarray(np.linalg.solve(G, g[:, :, None])[:, :, 0])
+
+
+def _on_bounds(
+    G: np.ndarray, g: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same with at least one of the sizes at one of its bounds."""
+    t, value = np.empty_like(g), np.full(len(g), np.inf)
+    for i in range(g.shape[1]):
+        rest = np.delete(np.arange(g.shape[1]), i)
+        inner, cross = G[:, rest][:, :, rest], G[:, rest, i]
+        for bound in (low[:, i], high[:, i]):
+            others, reduced = bounded_minimum(inner, g[:, rest] - cross * bound[:, None], low[:, rest], high[:, rest])
+            reduced = reduced + bound * (G[:, i, i] * bound - 2.0 * g[:, i])
+            better = np.flatnonzero(reduced < value)
+            value[better], t[better, i] = reduced[better], bound[better]
+            t[better[:, None], rest] = others[better]
     return t, value
 
 
