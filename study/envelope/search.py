@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import SimulationError, UsageError
+from ...master.algorithms import DEFAULT
 from ...master.parallel.pool import Pool
 from ..sweep.run import Settings, Task, measure
 from .options import Design, Options
@@ -18,6 +19,8 @@ class Question:
 
     options: Options
     parameters: dict[str, Any]
+    method: str = DEFAULT
+    """The coupling algorithm of all runs."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,9 @@ class Reach:
     absent: tuple[str, ...] = ()
 
 
-def settings(options: Options) -> Settings:
-    """Those of every run."""
-    return Settings(tuple(r.metric for r in options.requirements), stop=options.stop_time)
+def settings(options: Options, method: str = DEFAULT) -> Settings:
+    """Those of every run; method: its coupling algorithm."""
+    return Settings(tuple(r.metric for r in options.requirements), stop=options.stop_time, method=method)
 
 
 def holds(options: Options, entry: dict[str, Any]) -> bool:
@@ -60,7 +63,7 @@ def reach(package: str, question: Question) -> Reach:
     o = question.options
 
     def at(x: float) -> dict[str, Any]:
-        return measure(package, Task(settings(o), {**question.parameters, o.parameter: x}))
+        return measure(package, Task(settings(o, question.method), {**question.parameters, o.parameter: x}))
 
     first = at(o.low)
     if "failed" in first:
@@ -91,11 +94,12 @@ def reach(package: str, question: Question) -> Reach:
 
 
 def reaches(
-    pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any]
+    pool: Pool, options: Options, designs: Sequence[Design], fixed: dict[str, Any], method: str = DEFAULT
 ) -> Iterator[tuple[Design, Reach]]:
     """How far each design goes, as soon as it is known; raises `CosimError` where no design says anything."""
     why, never = [], {r.metric.label: str(r.metric) for r in options.requirements}
-    for k, answer in pool.each_surviving(reach, [Question(options, {**fixed, **d.parameters}) for d in designs]):
+    questions = [Question(options, {**fixed, **d.parameters}, method) for d in designs]
+    for k, answer in pool.each_surviving(reach, questions):
         found = answer if isinstance(answer, Reach) else Reach(None, why=answer.reason)
         why.append(found.why and f"{', '.join(designs[k].changes) or 'the machine as it is'}: {found.why}")
         never = {label: text for label, text in never.items() if label in found.absent}
@@ -108,14 +112,14 @@ def reaches(
 
 
 def cheapest(
-    pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any]
+    pool: Pool, options: Options, designs: Sequence[Design], at: float, fixed: dict[str, Any], method: str = DEFAULT
 ) -> tuple[list[Design], int]:
     """All designs of the least cost that hold at that value of the axis, those with fewer changes first; and how many
     could not be run."""
     failed = 0
     for cost in sorted({round(d.cost, 9) for d in designs}):  # 0.1 + 0.2 costs as much as 0.3
         mine = sorted((d for d in designs if round(d.cost, 9) == cost), key=lambda d: len(d.changes))
-        tasks = [Task(settings(options), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
+        tasks = [Task(settings(options, method), {**fixed, **d.parameters, options.parameter: at}) for d in mine]
         good = []
         for k, entry in pool.each_surviving(measure, tasks):
             failed += not isinstance(entry, dict) or "failed" in entry

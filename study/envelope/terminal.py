@@ -28,7 +28,7 @@ def envelope_command(options: argparse.Namespace) -> int:
 
     wanted = read(options.options)
     mapped = [g for g in wanted.groups if g.mapped]
-    fixed = _checked_values(options, wanted, mapped)
+    fixed, method = _checked(options, wanted, mapped)
     over, every = designs(mapped), designs(wanted.groups)
     rest = designs([g for g in wanted.groups if not g.mapped])[0].parameters
     at = wanted.high if options.at is None else options.at
@@ -47,19 +47,19 @@ def envelope_command(options: argparse.Namespace) -> int:
             Pool(options.package, executor, options.processes) as pool,
             tqdm(total=len(over), unit="design", disable=options.quiet or options.json, file=sys.stderr) as bar,
         ):
-            for design, answer in reaches(pool, wanted, over, {**fixed, **rest}):
+            for design, answer in reaches(pool, wanted, over, {**fixed, **rest}, method):
                 found[tuple(c.name for c in design.choices)] = answer
                 bar.update()
             bar.set_description("the cheapest change")
-            best, failed = cheapest(pool, wanted, every, at, fixed)
+            best, failed = cheapest(pool, wanted, every, at, fixed, method)
     except KeyboardInterrupt:
         if not found:
             raise
-        _write(folder, options, wanted, mapped, found, best, at)
+        _write(folder, options, wanted, mapped, found, best, at, method)
         raise Interrupted(f"interrupted; {len(found)} of {len(over)} designs are in {folder}") from None
     names = [tuple(c.name for c in d.choices) for d in over]
     reach = {name: found[name] for name in names}
-    content = _write(folder, options, wanted, mapped, reach, best, at)
+    content = _write(folder, options, wanted, mapped, reach, best, at, method)
     if not options.no_plots:
         from .plots import picture
 
@@ -80,8 +80,10 @@ def envelope_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _checked_values(options: argparse.Namespace, wanted: Any, mapped: Any) -> dict[str, Any]:
-    """Values of --set by address. All that is asked is checked against the package."""
+def _checked(options: argparse.Namespace, wanted: Any, mapped: Any) -> tuple[dict[str, Any], str]:
+    """Values of --set by address, and the coupling method that the package states, or the usual one. All that is asked
+    is checked against the package."""
+    from ...master.algorithms import choose_method
     from ...master.simulation.session import Session
     from ..sweep.request import fixed_values
     from ..sweep.run import check, check_distinct, value_of
@@ -103,7 +105,7 @@ def _checked_values(options: argparse.Namespace, wanted: Any, mapped: Any) -> di
         except UnknownNameError as error:
             remedy = "" if options.options else "; these are the deep-sea machine's options, give yours with --options"
             raise UnknownNameError(f"{options.options or 'options.toml'}: {error}{remedy}") from None
-    return fixed
+        return fixed, choose_method(None, session.structure.method)
 
 
 def _told(r: Any, wanted: Any) -> str:
@@ -118,8 +120,9 @@ def _told(r: Any, wanted: Any) -> str:
 
 
 def _write(
-    folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float
-) -> dict[str, Any]:
+    folder: Path, options: argparse.Namespace, wanted: Any, mapped: Any, reach: Any, best: Any, at: float,
+    method: str,
+) -> dict[str, Any]:  # fmt: skip
     """Write the files; gives the contents of envelope.json."""
     from ...core.versions import versions
     from ...master.simulation.manifest import digest
@@ -127,6 +130,7 @@ def _write(
     rows = [[*names, r.value, r.whole, r.hole, r.why or r.beyond] for names, r in reach.items()]
     content = {
         "package": str(options.package), "sha256": digest(options.package), "set": options.set,
+        "method": method,
         "options": plain(asdict(wanted)), "versions": versions(),
         "axis": wanted.parameter, "unit": wanted.unit,
         "reach": [{**dict(zip((g.name for g in mapped), names, strict=True)), "value": r.value, "whole": r.whole,

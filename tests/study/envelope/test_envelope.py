@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import zipfile
 
 import pytest
 from deepsea_cosim.core.errors import UsageError
+from deepsea_cosim.master.parallel.pool import Pool
 from deepsea_cosim.study.cli import main
 from deepsea_cosim.study.envelope import search
 from deepsea_cosim.study.envelope.options import designs, read
@@ -99,6 +101,27 @@ def test_what_is_found_before_an_interrupt_is_kept(doubled, options, tmp_path, m
     found = json.loads((tmp_path / "out" / "envelope.json").read_text())
     assert [round(r["value"], 1) for r in found["reach"]] == [2.0, 4.0, 8.0]
     assert found["cheapest"] is None
+
+
+def test_runs_are_by_the_method_that_the_package_states(doubled, options, tmp_path, monkeypatch):
+    stating = tmp_path / "stating.ssp"
+    with zipfile.ZipFile(doubled) as old, zipfile.ZipFile(stating, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            new.writestr(name, content.replace(b'stepSize="0.01"/>', b'stepSize="0.01" method="jacobi"/>'))
+    each, asked = Pool.each_surviving, []
+
+    def told(pool, work, tasks):
+        asked.extend(getattr(t, "method", None) or t.settings.method for t in tasks)
+        return each(pool, work, tasks)
+
+    monkeypatch.setattr(Pool, "each_surviving", told)
+    for package, method in ((doubled, "gauss-seidel"), (stating, "jacobi")):
+        asked.clear()
+        assert run(package, options, tmp_path / method, "--at", "1.5", "--no-plots")["method"] == method
+        assert len(asked) > 3
+        assert set(asked) == {method}
+    assert search.settings(read(options), "jacobi").method == "jacobi"
 
 
 def test_what_never_or_always_holds(doubled, options, tmp_path, capsys):
