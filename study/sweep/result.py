@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ...core.console import json_text
 from ...core.display_units import DisplayUnits, display_units
 from ...core.errors import UsageError, did_you_mean, install
 from ...core.figures import in_notebooks
@@ -155,7 +155,7 @@ def _summary(
         "warnings": [{"case": row["case"], "what": row["warnings"]} for row in table if row["warnings"]],
         "sensitivities": indices, "versions": versions(),
     }  # fmt: skip
-    write_together(folder, {SUMMARY: json.dumps(content, indent=1) + "\n"})
+    write_together(folder, {SUMMARY: json_text(content) + "\n"})
     return content
 
 

@@ -19,6 +19,9 @@ FEWEST = 50
 DEGREE = 10
 """Highest degree of the polynomials in one parameter."""
 
+CASES_A_VALUE = 5
+"""Least cases for each number that is fitted to them."""
+
 RESAMPLES = 200
 """Of the bootstrap that half widths come from."""
 
@@ -62,10 +65,12 @@ def sensitivities(
 def explained(x: np.ndarray, y: np.ndarray, levels: bool) -> tuple[float, float]:
     """(share of the variance of y (n,) that the mean of y at given x (n,) in [0, 1] makes, its 95 % half width).
 
-    levels: x has few values, and the mean is that of each; else a polynomial whose degree foretells best what is left
-    out one by one. The share is adjusted for the degrees of freedom, so that what has no part in y has none on average.
+    levels: x is of a list, and where that has few values the mean is that of each; else it is a polynomial whose degree
+    foretells best what is left out one by one. The share is adjusted for the degrees of freedom, so that what has no
+    part in y has none on average.
     """
-    basis = _levels(x) if levels else legendre.legvander(2.0 * x - 1.0, min(DEGREE, len(y) // 5 - 1))
+    levels = levels and len(np.unique(x)) <= len(y) // CASES_A_VALUE
+    basis = _levels(x) if levels else legendre.legvander(2.0 * x - 1.0, min(DEGREE, len(y) // CASES_A_VALUE - 1))
     if basis.shape[1] < 2:
         return 0.0, 0.0
     count = basis.shape[1] if levels else _columns(basis, y)
@@ -94,7 +99,7 @@ def _columns(basis: np.ndarray, y: np.ndarray) -> int:
 
 def _adjusted(basis: np.ndarray, y: np.ndarray) -> float:
     n, p = len(y), basis.shape[1]
-    if p < 2:
+    if p < 2 or n <= p:
         return 0.0
     left = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
     return float(1.0 - (left @ left / (n - p)) / np.var(y, ddof=1))

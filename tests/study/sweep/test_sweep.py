@@ -20,7 +20,7 @@ from deepsea_cosim.master.parallel import pool
 from deepsea_cosim.master.parallel.pool import Pool
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.study.cli import main
-from deepsea_cosim.study.sweep import plots
+from deepsea_cosim.study.sweep import plots, result
 from deepsea_cosim.study.sweep.axes import Axis, parse_axis
 from deepsea_cosim.study.sweep.cases import grid, sample
 from deepsea_cosim.study.sweep.metrics import parse_metric
@@ -386,6 +386,26 @@ def test_first_order_shares_of_a_linear_model(sampling, texts, number):
         assert all(0.0 <= found[n]["half_width"] < 0.3 for n in "abc")
     assert max(worst) < (0.06 if sampling == "sobol" else 2.4 / number**0.5)  # that of chance
     assert float(np.mean(worst)) < (0.05 if sampling == "sobol" else 1.2 / number**0.5)
+
+
+def test_shares_over_a_list_of_more_values_than_the_sample_can_tell_apart():
+    """Every case has a value of its own."""
+    axes = [parse_axis("a=0:11000:50"), parse_axis("b=0:1")]
+    cases = sample(axes, "lhs", 64)
+    assert len({c["a"] for c in cases}) == 64
+    found = sensitivities(axes, "lhs", cases, [3.0 * c["a"] / 11000.0 + c["b"] for c in cases])["first order"]
+    assert found["a"]["value"] == pytest.approx(0.9, abs=0.1)
+    assert found["b"]["value"] == pytest.approx(0.1, abs=0.15)
+    assert np.isfinite([v["half_width"] for v in found.values()]).all()
+
+
+def test_the_summary_is_json_whatever_the_numbers(doubled, tmp_path, monkeypatch):
+    monkeypatch.setattr(result, "_indices", lambda *_: ({"end": {"first order": {GAIN: np.float64("nan")}}}, {}))
+    line = ["sweep", str(doubled), "--vary", f"{GAIN}=0:1", "--sample", "lhs:2", "--metric", "end=final(b.y1)",
+            "--out", str(tmp_path), "--no-plots", "--quiet", "--processes", "1"]  # fmt: skip
+    assert main(line) == 0
+    told = json.loads((tmp_path / "summary.json").read_text(), parse_constant=pytest.fail)
+    assert told["sensitivities"]["end"]["first order"] == {GAIN: None}
 
 
 def test_first_order_shares_of_ishigamis_function():
