@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from . import ending
-from .console import escaping, json_text, one_line
+from .console import cannot_be_written, escaping, json_text, one_line, print_into_nothing
 from .errors import CosimError, Interrupted, SimulationError, UsageError, install
 from .plain_numbers import plain_number, plain_whole
 from .scripts import end_if_loaded_again
@@ -181,11 +181,11 @@ def _exit_code(command: str, work: Callable[[], int], interrupted: str, as_json:
             sys.stdout.flush()
         return code
     except OSError as error:
-        unread = isinstance(error, BrokenPipeError)  # nobody reads on, as after `| head`
-        if unread or error.errno == errno.ENOSPC:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if unread:
-            return 0
+        refused = cannot_be_written(sys.stdout)
+        if refused:
+            print_into_nothing()
+        if isinstance(error, BrokenPipeError) and (refused or cannot_be_written(sys.stderr)):
+            return 0  # nobody reads on, as after `| head`
         if error.errno == errno.EBADF:
             return failed("an FMU, most likely, has closed files of this process; --isolate says which", 1)
         place = f"{error.filename}: " if error.filename else ""

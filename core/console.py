@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -47,7 +48,27 @@ def on_the_way(options: argparse.Namespace) -> Callable[[str], None]:
     """What prints a line while a command works, on standard output: nothing with --quiet or --json."""
     if options.json or getattr(options, "quiet", False):
         return lambda text: None
-    return lambda text: print(f"  {text}", flush=True)
+    return _say_while_read
+
+
+def _say_while_read(text: str) -> None:
+    """Print a line; where nobody reads on, as after `| head`, the work goes on all the same."""
+    try:
+        print(f"  {text}", flush=True)
+    except BrokenPipeError:
+        print_into_nothing()
+
+
+def print_into_nothing() -> None:
+    """From now on what is printed on standard output goes nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def cannot_be_written(stream: object) -> bool:
+    """Whether a standard stream of a command has refused what was written to it."""
+    return bool(getattr(stream, "refused", False))
 
 
 class Escaped:
@@ -56,11 +77,27 @@ class Escaped:
 
     def __init__(self, stream: TextIO):
         self._stream = stream
+        self.refused = False
+        """Whether it could not be written to: nobody reads on, or a disk is full."""
 
     def write(self, text: str) -> int:
         """See `TextIO.write`."""
-        self._stream.write(escaped(text))
+        with self._noting():
+            self._stream.write(escaped(text))
         return len(text)
+
+    def flush(self) -> None:
+        """See `TextIO.flush`."""
+        with self._noting():
+            self._stream.flush()
+
+    @contextmanager
+    def _noting(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError:
+            self.refused = True
+            raise
 
     def writelines(self, lines: Iterable[str]) -> None:
         """See `TextIO.writelines`."""

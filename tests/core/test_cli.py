@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -101,3 +102,57 @@ def test_a_shell_completes_it(capsys, tmp_path, command, begun, expected):
     ask = f"source {script}; {words}; _shtab_cosim_{command}; "
     done = subprocess.run(["bash", "-c", f'{ask} echo "${{COMPREPLY[@]}}"'], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) == expected
+
+
+READ_NO_MORE = """
+import argparse, sys
+from pathlib import Path
+from deepsea_cosim.core.cli import exit_code
+from deepsea_cosim.core.console import conclude, on_the_way
+options = argparse.Namespace(json=False, quiet=False)
+
+def work():
+    say = on_the_way(options)
+    sys.stdin.readline()
+    for k in range(3):
+        say(f"line {k}")
+    Path(sys.argv[1]).write_text("done")
+    conclude(options, dict, lambda: ["all"])
+    return 7
+
+raise SystemExit(exit_code("cosim-x", work))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="another signal tells it there")
+def test_work_is_finished_though_nobody_reads_on(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", READ_NO_MORE, str(tmp_path / "file")], stdin=subprocess.PIPE,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
+    process.stdout.close()
+    process.stdin.write("\n")
+    process.stdin.close()
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 7
+    assert (tmp_path / "file").read_text() == "done"
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device", "/tmp"), BrokenPipeError(32, "Broken pipe")],
+                         ids=["a full disk", "another pipe"])  # fmt: skip
+def test_what_has_nothing_to_do_with_standard_output_is_told_there(capfd, error):
+    def work():
+        raise error
+
+    assert exit_code("cosim-x", work, as_json=True) == 1
+    told = capfd.readouterr()
+    assert json.loads(told.out) == {"error": told.err.strip().removeprefix("cosim-x: "), "exit_code": 1}
+
+
+def test_a_command_of_which_nobody_reads_what_came_out_has_done_its_work():
+    text = "import sys; from deepsea_cosim.core.cli import exit_code; sys.stdin.readline(); "
+    text += "raise SystemExit(exit_code('cosim-x', lambda: print('x' * 1000000)))"
+    process = subprocess.Popen([sys.executable, "-c", text], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)  # fmt: skip
+    process.stdout.close()
+    process.stdin.close()
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 0
