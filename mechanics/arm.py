@@ -105,3 +105,5 @@ class Arm:
     def set_state(self, state: list[float]) -> None:
         """Restore what `get_state` gave."""
         self.row[stepping.THETA : stepping.MATRIX] = state
+        if np.any(self.row[stepping.GIVEN : stepping.MOTION]):  # a motion that goes on as it is tells of no change
+            self.c.switch.base_moves = 1.0

@@ -1,4 +1,5 @@
-"""A beam that bends in its first mode: the load and a part of the beam as a mass on a spring at the rigid beam's end.
+"""A beam that bends in its first mode: the load, with the inertia that it has about the pivot wherever it hangs, and a
+part of the beam as a mass on a spring at the rigid beam's end.
 
 With the deflection w of that mass m across the beam of length L and its spring k, the kinetic energy of rotation,
 J alpha for the stiff beam, and of w give

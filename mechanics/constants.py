@@ -66,18 +66,22 @@ def constants(p: Mapping[str, float], plain: Mapping[str, float]) -> np.ndarray:
             or p["effect.current_error.shear"] != 0.0
         ),
     }  # fmt: skip
-    return row_of(LOADS, {**p, **made, **_of_bending(p, net_beam, load)})
+    return row_of(LOADS, {**p, **made, **_of_bending(p, net_beam, load, reach / L)})
 
 
-def _of_bending(p: Mapping[str, float], net_beam: float, load: float) -> dict[str, float]:
+def _of_bending(p: Mapping[str, float], net_beam: float, load: float, reach: float) -> dict[str, float]:
     """Mass [kg], weight in water [N], stiffness [N/m] and damping [N s/m] of the load on the bending beam, and the
-    angular frequency [rad/s], 0 where the beam is stiff."""
+    angular frequency [rad/s], 0 where the beam is stiff.
+
+    reach: distance of the load from the pivot over that of the beam's end. All is referred to the end: a load further
+    in has less inertia about the pivot, with the square of that, and a smaller moment.
+    """
     period = p["effect.beam_flexibility.period"]
     rate = 2.0 * pi / period if period > SHORTEST_PERIOD else 0.0
     water = p["rho_s"] * p["C_M"] * pi * p["beam_diameter"] ** 2 / 4.0 * p["beam_length"]
-    mass = load + MODE * (p["beam_mass"] + water)
+    mass = load * reach**2 + MODE * (p["beam_mass"] + water)
     return {
-        "bending.mass": mass, "bending.weight": GRAVITY * (load + MODE * net_beam), "bending.rate": rate,
+        "bending.mass": mass, "bending.weight": GRAVITY * (load * reach + MODE * net_beam), "bending.rate": rate,
         "bending.stiffness": mass * rate**2,
         "bending.damping": 2.0 * p["effect.beam_flexibility.damping"] * mass * rate,
     }  # fmt: skip

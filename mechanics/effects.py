@@ -71,9 +71,10 @@ def pivot_friction(omega: float, c: object) -> float:
 
 
 @kernel
-def buoyancy_torque(theta: float, length: float, c: object) -> float:
-    """Torque [N m] about the pivot of the additional upward force at the middle of a beam of that length [m]."""
-    return c.effect.buoyancy_error.force * cos(theta) * 0.5 * length
+def buoyancy_torque(theta: float, length: float, c: object, pitch: float = 0.0) -> float:
+    """Torque [N m] about the pivot of the additional upward force at the middle of a beam of that length [m] on a base
+    that is turned by `pitch` [rad]."""
+    return c.effect.buoyancy_error.force * cos(theta + pitch) * 0.5 * length
 
 
 @kernel
@@ -85,9 +86,9 @@ def tether_torque(theta: float, omega: float, length: float, c: object) -> float
 
 
 @kernel
-def extra_torque(theta: float, omega: float, length: float, c: object) -> float:
-    """Torque [N m] about the pivot of all effects, positive raises the beam."""
-    extra = buoyancy_torque(theta, length, c) - pivot_friction(omega, c)
+def extra_torque(theta: float, omega: float, length: float, c: object, pitch: float = 0.0) -> float:
+    """Torque [N m] about the pivot of all effects, on a base turned by `pitch` [rad]; positive raises the beam."""
+    extra = buoyancy_torque(theta, length, c, pitch) - pivot_friction(omega, c)
     if c.effect.tether.stiffness > 0.0 or c.effect.tether.drag > 0.0:
         extra += tether_torque(theta, omega, length, c)
     return extra

@@ -71,6 +71,10 @@ def beam_drag(u: float, w: float, l1: float, l2: float, c: object) -> tuple[floa
             diameter = c.grown.beam if middle > grown else c.beam_diameter
             C_D = c.C_D if middle > rough else c.plain.C_D
             f, m = drag(u * (1.0 - 0.5 * shear), w - u * shear / L, a, b, diameter, c.rho_s, C_D)
+            if c.drag_as_printed > 0.0:  # Eq. 29, and Eq. 30 with its factor 1/2, of the current at each place
+                _, turning = drag(0.0, w, a, b, diameter, c.rho_s, C_D)
+                _, standing = drag(u * (1.0 - 0.5 * shear), -u * shear / L, a, b, diameter, c.rho_s, C_D)
+                m = turning + 2.0 * standing
             force, torque = force + f, torque + m
     return force, torque
 
@@ -123,13 +127,14 @@ def project(
     u_x, u_y = v_x + turn * c.base_y, v_y - turn * c.base_x
     cylinder = cylinder_water_torque(phi, dphi * omega + turn, L, u_x, u_y, a_x, a_y, c)
     # buoyancy of the rod's part outside the barrel
-    cylinder += c.rho_s * GRAVITY * pi * c.rod_diameter**2 / 4.0 * cos(phi) * (L**2 - barrel_end**2) / 2.0
+    upright = cos(phi + motion[PITCH])
+    cylinder += c.rho_s * GRAVITY * pi * c.rod_diameter**2 / 4.0 * upright * (L**2 - barrel_end**2) / 2.0
     cylinder_inertia = cylinder_added_inertia(L, c)
     w2 = omega * omega
     m00 = M[0, 0] + beam_inertia
     m11 = M[1, 1] + cylinder_inertia
     out[MASS] = m00 + m11 * dphi**2 + M[2, 2] * dL**2 + 2.0 * (M[0, 1] * dphi + M[0, 2] * dL + M[1, 2] * dphi * dL)
-    extra = extra_torque(theta, omega, length, c)
+    extra = extra_torque(theta, omega, length, c, motion[PITCH])
     r0 = passive[0] - bias[0] + beam + extra - (M[0, 1] * ddphi + M[0, 2] * ddL) * w2
     r1 = passive[1] - bias[1] + cylinder - (m11 * ddphi + M[1, 2] * ddL) * w2
     r2 = passive[2] - bias[2] - (M[1, 2] * ddphi + M[2, 2] * ddL) * w2

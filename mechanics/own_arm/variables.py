@@ -10,7 +10,8 @@ PARAMETERS = (
     parameter("rho_s", 1025.0, "kg/m3", 0.0, 2000.0, "density of sea water", 1000.0),
     parameter("current_speed", 0.0, "m/s", -10.0, 10.0, "current along the model's x axis"),
     parameter("drag", 1.0, "1", 0.0, 100.0, "factor on all drag coefficients"),
-    parameter("inertia", 1.0, "1", 0.0, 100.0, "factor on all inertia coefficients"),
+    parameter("inertia", 1.0, "1", 0.0, 100.0, "factor on the water that moves along, C_M - 1 of what is "
+              "displaced"),
 )
 
 

@@ -201,3 +201,46 @@ def test_a_load_beyond_the_end_weighs_more_about_the_pivot():
     assert moment(off) - moment(arm()) == pytest.approx(800.0 * 0.2 * np.cos(THETA), rel=1e-9)
     inertia = 800.0 / GRAVITY * ((LENGTH + 0.2) ** 2 - LENGTH**2)
     assert off.projection[loads.MASS] - arm().projection[loads.MASS] == pytest.approx(inertia, rel=1e-9)
+
+
+@pytest.mark.parametrize("along", [-0.5, -0.1, 0.3])
+def test_a_bending_beam_whose_load_does_not_hang_at_its_end(along):
+    """What swings takes all the load's inertia along, so that the same is left as of a load at the end."""
+    bending = {"beam_flexibility__period": 0.2, "payload_error__along": along}
+    it, at_end = arm(**bending), arm(beam_flexibility__period=0.2)
+    assert it.projection[loads.MASS] == pytest.approx(at_end.projection[loads.MASS], rel=1e-9)
+    assert it.F_hold == pytest.approx(arm(payload_error__along=along).F_hold, rel=1e-12)
+    assert np.ptp(free(it, 0.5)) < 1e-9
+
+
+@pytest.mark.parametrize("pitch", [-0.4, 0.5])
+def test_buoyancy_stays_upright_on_a_pitched_base(pitch):
+    """In still water all is the arm turned, that force and the outer rod's buoyancy, too."""
+    x, y = ARM["base_x"].start, ARM["base_y"].start
+    turned = {
+        "theta0": THETA + pitch,
+        "base_x": x * np.cos(pitch) - y * np.sin(pitch), "base_y": x * np.sin(pitch) + y * np.cos(pitch),
+    }  # fmt: skip
+    lifted = {**STILL, "effect.buoyancy_error.force": 300.0, "rod_diameter": 0.1}
+    assert holding(moved(lifted, pitch=pitch)) == pytest.approx(Arm(ARM.parameters({**lifted, **turned})).F_hold)
+
+
+def test_a_base_that_stays_turned_is_restored():
+    """Held where it is, it tells an arm that is built anew of no change."""
+    it, other = moved(pitch=0.2), Arm(ARM.parameters())
+    it.step(0.0, 0.1, 8000.0)
+    other.values[:] = it.values
+    other.set_state(it.get_state())
+    for a in (it, other):
+        a.step(0.1, 0.1, 7000.0)
+    assert (it.out == other.out).all()
+
+
+@pytest.mark.parametrize("changes", [{"effect.marine_growth.thickness": 1e-15, "effect.marine_growth.part": 0.5},
+                                     {"effect.current_error.shear": 1e-9}])  # fmt: skip
+def test_as_printed_the_drag_is_so_where_it_varies_along_the_beam(changes):
+    """By so little that nothing changes but the way it is computed."""
+    for omega in (0.0, 0.3, -0.3):
+        plain, varied = (Arm(ARM.parameters({"drag_as_printed": 1.0, **more})).c for more in ({}, changes))
+        assert varied.switch.drag_varies > 0.0
+        assert loads.beam_torque(0.2, omega, varied) == pytest.approx(loads.beam_torque(0.2, omega, plain), rel=1e-6)
