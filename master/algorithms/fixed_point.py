@@ -7,12 +7,12 @@ repetition would not, for one dominant mode. A step that does not settle in `MOS
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
 
-from ...core.errors import CosimError, SimulationError
+from ...core.errors import SimulationError
 from ..coupling.loop_solver import driven_at_end, outdated_components, refresh
 from ..engine.program import Memory, Program
 from ..engine.runner import Runner
@@ -72,15 +72,12 @@ class _FixedPoint:
     def settle(self, t: float, h: float) -> int:
         """Take a step from t over h [s]: repeat it from saved states until it agrees; returns the status."""
         states = []
-        try:
+        with ExitStack() as stack:
             for s in self._steppers:
                 states.append(s.save())
+                stack.enter_context(s.instance.dropping(states[-1]))
             self._iterate(t, h, states)
-            return 0
-        finally:
-            for s, state in zip(self._steppers, states, strict=False):
-                with suppress(CosimError):
-                    s.instance.drop(state)
+        return 0
 
     def _iterate(self, t: float, h: float, states: list[Any]) -> None:
         size, y = self._size, self._coupling.outputs

@@ -147,7 +147,7 @@ class _Jacobian:
             state = one_step.save()
             outputs = [i for i, giver in enumerate(c.givers) if giver == name]
             inputs = [j for j, taker in enumerate(c.takers) if taker == name]
-            try:
+            with one_step.instance.dropping(state):
                 base, _ = self._steps(one_step, t, h, steps, outputs)
                 for j in inputs if name in self.with_feedthrough else ():
                     slopes = self._declared_slopes(one_step.instance, outputs, j)
@@ -167,8 +167,6 @@ class _Jacobian:
                     if steps == 2:
                         E[outputs, j] = _lasting(*answers)
                 one_step.restore(state)
-            finally:
-                one_step.instance.drop(state)
         identity = np.eye(len(c))
         try:
             self._through = np.linalg.inv(identity - T * c.factors)

@@ -62,15 +62,12 @@ def detect_feedthrough(system: System, loops_only: bool) -> list[str]:
         except SimulationError:
             continue
         give, take = input_output_runners(system, name)
-        try:
+        with instance.dropping(state):
             give.once()
             take.once()
             instance.detected_feedthrough = _measure_feedthrough(
                 system, instance, state, silent, list(inputs), (give, take)
             )
-        finally:
-            if not instance.is_lost:
-                instance.drop(state)
     system.order = component_order(system.instances, system.links)
     silent_components = [name for name in unsure if not any(system.instances[name].detected_feedthrough.values())]
     if loops_only:  # what others give is there in time
@@ -219,6 +216,8 @@ def _slope(system: System, output: SignalConnection, link: SignalConnection) -> 
         for step in way:
             step.once()
     except CosimError:
+        if system.instances[link.target.component].is_lost:
+            raise
         return float("nan")
     if not perturbation:
         return float("nan")

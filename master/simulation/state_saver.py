@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import CosimError, UsageError
+from ...core.errors import UsageError
 from ...core.versions import versions
 from ..engine.program import Program
 from ..engine.runner import last_step
@@ -85,11 +85,8 @@ class StateSaver:
 
 def _serialised(instance: FmuInstance) -> bytes:
     state = instance.save()
-    try:
+    with instance.dropping(state):
         return instance.serialise(state)
-    finally:
-        with suppress(CosimError):
-            instance.drop(state)
 
 
 def recall_feedthrough(state: SavedState, system: System) -> None:
@@ -112,11 +109,8 @@ def restore(state: SavedState, path: Path, system: System, program: Program) -> 
         raise UsageError(f"--resume {path}: it is damaged")
     for name, instance in system.instances.items():
         own = instance.deserialise(state.fmus[name])
-        try:
+        with instance.dropping(own):
             instance.restore(own)
-        finally:
-            with suppress(CosimError):
-                instance.drop(own)
     try:
         system.buffer.integers[: system.layout.signal_slots] = state.values
         system.buffer.texts[:] = state.texts

@@ -10,7 +10,8 @@ from __future__ import annotations
 import ctypes
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from types import FunctionType
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.errors import SimulationError
+from ...core.errors import CosimError, SimulationError
 from ...core.guardian import tell
 from ..engine.program import Program
 from ..engine.values import ExchangeGroup, Signal
@@ -163,6 +164,29 @@ class FmuInstance(FmuVariables, ABC):
 
     def drop(self, state: Any) -> None:
         """A saved state is not needed any more."""
+
+    @contextmanager
+    def dropping(self, state: Any) -> Iterator[None]:
+        """Around the use of a saved state, which is dropped afterwards unless the FMU is lost.
+
+        What goes wrong in that hides no error of the use, and is an error only where it is fatal to the FMU.
+        """
+        try:
+            yield
+        except BaseException:
+            self._drop(state)
+            raise
+        if (error := self._drop(state)) is not None and self.is_lost:
+            raise error
+
+    def _drop(self, state: Any) -> CosimError | None:
+        """What went wrong in dropping a state."""
+        if not self.is_lost:
+            try:
+                self.drop(state)
+            except CosimError as error:
+                return error
+        return None
 
     @property
     def lacks_serialising(self) -> str:

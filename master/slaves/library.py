@@ -187,11 +187,13 @@ class LibraryInstance(FmuInstance):
     def free(self) -> None:
         if self._state not in ("new", "lost", "freed"):
             for function in ([self._fmu.terminate] if self._state == "running" else []) + [self._fmu.freeInstance]:
+                if self.is_lost:  # by what it was called for before
+                    break
                 try:
                     self.call(function, doing=function.__name__)
                 except SimulationError as error:
                     self.termination_error = self.termination_error or str(error)
-            self._state = "freed"
+            self._state = "lost" if self.is_lost else "freed"
         _live.pop(getattr(self, "_number", 0), None)  # what is said on the way is heard
 
     # what happens in every step
@@ -278,6 +280,8 @@ class LibraryInstance(FmuInstance):
         try:
             found = self.call(function, list(outputs), [input], [1.0], doing="getDirectionalDerivative")
         except SimulationError:
+            if self.is_lost:
+                raise
             return None
         return found if np.isfinite(found).all() else None
 
