@@ -24,7 +24,7 @@ from importlib import metadata
 from pathlib import Path
 
 from ..core.errors import PackageError, UsageError, install
-from ..core.files import make_folder, replacing
+from ..core.files import held, make_folder, replacing
 from ..core.scratch import scratch
 from ..ssp import packer
 from .helpers import run_python, side_by_side
@@ -387,8 +387,16 @@ def build_fmus(
 
 
 def build(folder: Path, say: Callable[[str], None] = lambda text: None, way: Way | None = None) -> list[Path]:
-    """Build all FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files."""
+    """Build all FMUs and all scenarios into `folder`; `say` gets a line per file. Returns the files.
+
+    Raises `OutputError` where another build is at work in that folder: both would write to the same places.
+    """
     make_folder(folder)
+    with held(folder, "another build"):
+        return _build_into(folder, say, way)
+
+
+def _build_into(folder: Path, say: Callable[[str], None], way: Way | None) -> list[Path]:
     made = [folder / f"{model.name}.fmu" for model in MODELS]
     old = [m for m, path in zip(MODELS, made, strict=True) if not is_current(path, m, way or Way())]
     built = {path: f"{path.stat().st_size / 1024:.0f} kB" for path in build_fmus(old, folder, say, way)}

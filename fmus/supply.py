@@ -34,7 +34,7 @@ class DeepseaSupply(Slave):
 
     def heed(self, code: int, t: float, h: float) -> bool:
         if code == stepping.TOO_LONG:
-            longest = stepping.MAX_STEPS * stepping.LONGEST
+            longest = stepping.MOST_STEPS * stepping.LONGEST
             raise ParameterError(f"communication step of {h:g} s: the supply takes at most {longest:g} s")
         raise SimulationError(
             f"the supply is empty at t = {t + h:g} s: the valves take more than the pump gives, or give the tank less "

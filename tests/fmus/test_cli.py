@@ -2,6 +2,8 @@ import json
 import sys
 from pathlib import Path
 
+import pytest
+from deepsea_cosim.core.files import held
 from deepsea_cosim.fmus import cross_check
 from deepsea_cosim.fmus.cli import main
 
@@ -43,6 +45,14 @@ def test_build_into_a_place_that_cannot_be_written(tmp_path, capsys):
     (tmp_path / "file").touch()
     assert main(["build", "--out", str(tmp_path / "file")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be locked there")
+def test_one_build_at_a_time_writes_to_a_folder(tmp_path, capsys):
+    with held(tmp_path, "x"):
+        assert main(["build", "--out", str(tmp_path)]) == 2
+    assert "another build is writing there" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_scenarios_are_packed(built):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from deepsea_cosim.core.errors import ParameterError
 from deepsea_cosim.fmus.supply import DeepseaSupply
 from deepsea_cosim.hydraulics_fmu.supply_unit import equations, stepping
 from deepsea_cosim.hydraulics_fmu.supply_unit.variables import SUPPLY
@@ -144,3 +145,12 @@ def test_a_compensated_pump_that_the_relief_valve_never_lets_swivel_back_is_told
         it.get_real([SUPPLY.index("P_s")])
         it.exit_initialization_mode()
         assert told == told_of
+
+
+def test_too_long_a_step_is_one_line():
+    it = DeepseaSupply(instance_name="it", resources="", visible=False, logger=0)
+    it.setup_experiment(0.0)
+    it.enter_initialization_mode()
+    it.exit_initialization_mode()
+    with pytest.raises(ParameterError, match="the supply takes at most 2500 s"):
+        it.do_step(0.0, 3000.0)
