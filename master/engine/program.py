@@ -123,6 +123,9 @@ class EngineInstance(Protocol):
     def on_warning(self, doing: str) -> None:
         """Be told that a call ended with a warning."""
 
+    def note_status(self, status: int | None) -> None:
+        """Be told what a call returned, after which not all calls are allowed."""
+
     def failure(self, doing: str, status: int, t: float | None = None) -> SimulationError:
         """The error of a call that returned a status."""
 

@@ -109,6 +109,7 @@ class Runner:
         t = start + (first + done) * h if first + done < total else stop
         if reason == loop.NOT_FINITE:
             raise self.not_finite(t)
+        self._note_others(operation)
         instance, doing = self.program.labels[operation]
         if self.program.error is not None:
             error, self.program.error = self.program.error, None
@@ -122,6 +123,16 @@ class Runner:
                 "allowed to", t
             )
         raise instance.failure(doing, status, t if h > 0.0 else None)
+
+    def _note_others(self, operation: int) -> None:
+        """What else went wrong where an operation has failed: behind a fork all steps are taken to their end."""
+        rows, control = self.program.rows, self._threads.control
+        for fork in (i for i, row in enumerate(rows[:operation]) if row[0] == loop.FORK and operation <= i + row[1]):
+            for i in range(fork + 1, fork + 1 + rows[fork][1]):
+                instance, status = self.program.labels[i][0], int(control[loop.STATUS + i])
+                if instance is not None and i != operation and loop.WARNING < status < loop.RETURNED_EARLY:
+                    instance.note_status(status)
+                control[loop.STATUS + i] = 0  # or the next run would take it for its own
 
     @property
     def complete(self) -> int:

@@ -16,6 +16,10 @@ from deepsea_cosim.master.simulation.run import run
 from benchmarks import native
 from benchmarks.parallel import circle, python_fmu, row
 
+from ..packages import binding, bindings, component, connector, package, system, values
+from .parts import rewritten
+from .test_lost import FATAL_STEP, FREE, WATCH
+
 needs_compiler = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 needs_threads = pytest.mark.skipif(not step_threads.supported(), reason="no threads are woken here for a step")
 STATE = {"A[1,1]": -1.0, "A[1,2]": 1.0, "A[2,1]": -2.0, "B[1,1]": 1.0, "B[1,2]": 0.5, "C[1,1]": 1.0, "x0[1]": 1.0}
@@ -143,3 +147,21 @@ def test_fmus_that_run_in_python_get_processes(tmp_path):
             assert all((type(s).__name__ == "IsolatedInstance") == parallel for s in instances.values())
     assert results[0] == results[1]
     assert len(results[0].splitlines()) == 22
+
+
+@needs_compiler
+@needs_threads
+def test_all_that_fail_side_by_side_are_known_to_have_failed(tmp_path, always):
+    """The first one's error is told; the second one is lost in the same step, so it is not even freed."""
+    deadly = rewritten(tmp_path, 2, FREE, FATAL_STEP, before=WATCH.replace("MARK", str(tmp_path / "called")))
+    broken = bindings(binding(values({"trouble": 1.0, "when": 0.05})))
+    parts = (
+        component("a", "resources/L.fmu", connector("y1", "output"), bindings=broken),
+        component("b", "resources/D.fmu", connector("y1", "output")),
+    )
+    files = {"resources/L.fmu": native.linear(tmp_path, 2), "resources/D.fmu": deadly}
+    path = package(tmp_path / "p.ssp", system("root", *parts), files)
+    with pytest.raises(SimulationError, match="component 'a', doStep"):
+        run(path, tmp_path / "out", Options(method="jacobi", parallel=True))
+    assert taken(always)
+    assert not (tmp_path / "called").exists()
