@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +108,8 @@ class Fmi1Instance(LibraryInstance):
         kinds = ctypes.c_void_p, ctypes.c_double, ctypes.c_char, ctypes.c_double
         initialise = ctypes.CFUNCTYPE(ctypes.c_int, *kinds)(self._address("fmiInitializeSlave"))  # fmpy expects a text
         start, stop = self._times
-        status = self.call(initialise, self.instance, start, b"\1", stop, doing="fmiInitializeSlave")
+        told = (b"\1", stop) if isfinite(stop) else (b"\0", 0.0)
+        status = self.call(initialise, self.instance, start, *told, doing="fmiInitializeSlave")
         if status > 1:
             raise self.failure("fmiInitializeSlave", status)
         self.begin()

@@ -68,6 +68,15 @@ def test_what_initialize_slave_returns_is_heard(made, tmp_path, status, message)
             run(path, tmp_path / "out")
 
 
+def test_a_run_without_an_end_has_no_stop_time(made, tmp_path):
+    """StopTimeDefined says so; an infinite time would be one."""
+    told = "(void)start; if (defined ? !(stop > 0.0 && stop < 1e300) : stop != 0.0) return 3;"
+    path = packed(tmp_path, made("stop", 1, ("(void)start; (void)defined; (void)stop;", told)), gain("a", 3.0))
+    with Session(path) as session:
+        session.run(["a.y1"], 1.0, 0.1)
+        assert session.start(["a.y1"], 0.1, {"a.u1": 2.0}).step() == [6.0]
+
+
 def test_no_instance_is_an_error(made, tmp_path):
     fmu = made("null", 1, ("(void)logging;\n    return make();", "return NULL;"))
     with pytest.raises(CosimError, match="component 'a' cannot be instantiated: the FMU gave no instance"):
