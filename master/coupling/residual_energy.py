@@ -134,7 +134,7 @@ class CouplingOscillation:
 
         energy = energy_of(pieces)
         summary["omega_h"] = omega_h
-        jumps = max(self.feedthrough_slopes[0] / abs(a), self.feedthrough_slopes[1] / abs(b)) * h
+        jumps = float(np.max(np.divide(self.feedthrough_slopes, np.abs([a, b])))) * h  # NaN where one is not known
         if energy > 0.0 and seconds > 0.0 and jumps <= AT_ONCE:
             # what a takes up is sign(D_a) y_a u_a: its energy h y^2 / |2 D| grows with that
             mean_a, mean_b = pieces[:, 2:4].sum(axis=0) / count

@@ -212,9 +212,9 @@ def test_what_the_machine_does_itself_is_not_warned_of(fmus, tmp_path, method, d
     assert not [w for w in result.summary["warnings"] if "grows" in w or "shrinks" in w]
 
 
-def swing(y_a, u_a, u_b, y_b, h):
+def swing(y_a, u_a, u_b, y_b, h, slopes=(0.0, 0.0)):
     """The sums over a run that is given as a record."""
-    made = CouplingOscillation()
+    made = CouplingOscillation(feedthrough_slopes=slopes)
     mean_a, mean_b = (0.5 * (y[1:] + y[:-1]) for y in (y_a, y_b))
     lost = (mean_a * u_a[:-1] - u_b[:-1] * mean_b) * h
     drift = (mean_a - u_b[:-1]) * h, (u_a[:-1] - mean_b) * h
@@ -233,6 +233,14 @@ def test_a_load_does_not_hide_a_swing(load):
     told = swing(v, F + load, v, F + load, h)
     assert told["numerical_damping"] == pytest.approx(-0.5 * omega * h, rel=0.05)
     assert np.log(told["energy_ratio"]) == pytest.approx(omega**2 * h * 0.75 * n * h, rel=0.05)
+
+
+@pytest.mark.parametrize("slopes", [(np.nan, 0.0), (0.0, np.nan)])
+def test_damping_is_not_told_where_it_is_not_known_what_answers_at_once(slopes):
+    t = np.arange(4000) * 2e-3
+    v, F = np.sin(OMEGA * t), OMEGA * np.cos(OMEGA * t)
+    assert swing(v, F, v, F, 2e-3)["numerical_damping"] is not None
+    assert swing(v, F, v, F, 2e-3, slopes)["numerical_damping"] is None
 
 
 def test_a_swing_that_comes_to_rest_is_told_without_an_error():
