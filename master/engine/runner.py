@@ -115,7 +115,8 @@ class Runner:
             error, self.program.error = self.program.error, None
             raise error
         if status == loop.TOO_LARGE:
-            raise SimulationError(f"{self._too_large(operation)} at t = {t:g} s", t)
+            told = self._too_large(operation)
+            raise SimulationError(f"{told} at t = {t:g} s", t) if h > 0.0 else SimulationError(told)
         assert instance is not None
         if status == loop.RETURNED_EARLY:
             raise SimulationError(
