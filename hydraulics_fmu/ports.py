@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..core.jit import kernel
 from .oil import gap_flow
-from .supply import limited_by_pump, relief_pressure, return_pressure
+from .supply import demanded, limited_by_pump, port_pressure, relief_pressure, return_pressure
 from .valve import land, land_of, metered, supplied_opening
 
 
@@ -14,8 +14,8 @@ def port_flows(
 ) -> tuple[float, float, float, float]:
     """Flows Q_a, Q_b of the valve's ports (Eqs. 8, 9), Q_p taken from the supply and Q_t given to the tank [m3/s].
 
-    What the supplied land takes is limited by the pump, unless a pressure at port p is given (`P_given` not NaN).
-    Leakage past the lands flows from p to both ports and from both ports to t.
+    What the supplied land and the leakage take is limited by the pump, unless a pressure at port p is given (`P_given`
+    not NaN). Leakage past the lands flows from p to both ports and from both ports to t.
     """
     s, overlap, leak = supplied_opening(x_v, c), c.valve.overlap, c.valve.leak
     a_t, b_t = c.valve.retraction * land_of(-x_v, overlap.at, c), land_of(x_v, overlap.bt, c)
@@ -31,7 +31,11 @@ def port_flows(
         Q_p = land(abs(s), P_p, port, c)
     else:
         P_p = relief_pressure(s, Pa, Pb, Pt, c)
-        Q_p = limited_by_pump(land(abs(s), P_p, port, c), c.pump.flow)
+        if leak.pa + leak.pb > 0.0 and demanded(P_p, s, Pa, Pb, c) > c.pump.flow:
+            P_p = port_pressure(x_v, Pa, Pb, Pt, c)
+            Q_p = land(abs(s), P_p, port, c)
+        else:
+            Q_p = limited_by_pump(land(abs(s), P_p, port, c), c.pump.flow)
     Q_t = Q_at + Q_bt
     Q_a, Q_b = (Q_p - Q_at, Q_bt) if s >= 0.0 else (-Q_at, Q_bt - Q_p)
     if leak.pa + leak.at + leak.pb + leak.bt > 0.0:

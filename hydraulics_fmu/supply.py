@@ -23,11 +23,12 @@ def pump_flow(ideal: float, slip: float, thicker: float, turbulent: float = 0.0)
     """Flow [m3/s] that a pump delivers: Q = n v_p - c dp/eta (Wilson 1950), with dp that of the relief valve.
 
     slip: share of the ideal flow n v_p lost with oil as thin as at the surface; thicker: viscosity in the pump over
-    that; turbulent: share of the slip that the viscosity does not lessen. What slips runs back inside the pump.
+    that; turbulent: share of the slip that the viscosity does not lessen. What slips runs back inside the pump: of oil
+    so thin that all of it does, the pump delivers nothing.
     """
     if turbulent != 0.0:
-        return ideal * (1.0 - slip * ((1.0 - turbulent) / thicker + turbulent))
-    return ideal * (1.0 - slip / thicker)
+        return max(0.0, ideal * (1.0 - slip * ((1.0 - turbulent) / thicker + turbulent)))
+    return max(0.0, ideal * (1.0 - slip / thicker))
 
 
 @kernel
@@ -47,7 +48,7 @@ def limited_by_pump(demand: float, Q_pump: float) -> float:
 def relief_flow(Q: float, c: object) -> float:
     """Flow [m3/s] that a relief valve's pressure rises with: Q, or Q_pump (Q/Q_pump)^power."""
     power = c.effect.relief_override.power
-    return Q if power == 1.0 or Q <= 0.0 else c.pump.flow * (Q / c.pump.flow) ** power
+    return Q if power == 1.0 or Q <= 0.0 or c.pump.flow <= 0.0 else c.pump.flow * (Q / c.pump.flow) ** power
 
 
 @kernel
@@ -62,12 +63,19 @@ def narrowed(
 
 
 @kernel
-def _relief_excess(P: float, s: float, Pa: float, Pb: float, P_set: float, c: object) -> float:
-    """What the relief valve's pressure [Pa] with its override, less what the filter takes, is beyond P; it falls as P
-    rises, by at least as much."""
+def demanded(P: float, s: float, Pa: float, Pb: float, c: object) -> float:
+    """Flow [m3/s] that the supplied land and the leakage to both ports would take at P [Pa] at port p."""
     leak, bent, thinner = c.valve.leak, c.effect.valve_leakage.turbulent, c.oil.thinner
     demand = land(abs(s), P, Pa if s >= 0.0 else Pb, c)
     demand += gap_flow(P - Pa, leak.pa, bent, thinner) + gap_flow(P - Pb, leak.pb, bent, thinner)
+    return demand
+
+
+@kernel
+def _relief_excess(P: float, s: float, Pa: float, Pb: float, P_set: float, c: object) -> float:
+    """What the relief valve's pressure [Pa] with its override, less what the filter takes, is beyond P; it falls as P
+    rises, by at least as much."""
+    demand = demanded(P, s, Pa, Pb, c)
     return P_set + c.effect.relief_override.R * relief_flow(c.pump.flow - demand, c) - c.supply.filter * demand - P
 
 
@@ -100,10 +108,12 @@ def relief_pressure(s: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
 def port_pressure(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> float:
     """Pressure [Pa] at port p with the spool at x_v and these pressures at the other ports.
 
-    What `relief_pressure` says while the pump suffices (Eq. 6), else what drives Q_pump: the land's flow grows with
-    its supply pressure, so it lies between the port and that pressure.
+    What `relief_pressure` says while the pump suffices (Eq. 6), else what drives Q_pump through land and leakage: their
+    flow grows with the supply pressure, so it lies between the ports and that pressure.
     """
     s, Q_pump = supplied_opening(x_v, c), c.pump.flow
+    if c.valve.leak.pa + c.valve.leak.pb > 0.0:
+        return _starved_with_leaks(s, Pa, Pb, relief_pressure(s, Pa, Pb, Pt, c), c)
     P_port, P_relief = Pa if s >= 0.0 else Pb, relief_pressure(s, Pa, Pb, Pt, c)
     under = Q_pump - land(abs(s), P_relief, P_port, c)
     if under >= 0.0:
@@ -113,6 +123,25 @@ def port_pressure(x_v: float, Pa: float, Pb: float, Pt: float, c: object) -> flo
     for _ in range(MOST_LOOKS):
         P = low + (high - low) * over / (over - under)
         missing = Q_pump - land(abs(s), P, P_port, c)
+        if abs(missing) <= ENOUGH * Q_pump:
+            break
+        low, over, high, under, kept = narrowed(P, missing, low, over, high, under, kept)
+    return P
+
+
+@kernel
+def _starved_with_leaks(s: float, Pa: float, Pb: float, P_relief: float, c: object) -> float:
+    """`port_pressure` where the lands leak: below both ports nothing is taken."""
+    Q_pump = c.pump.flow
+    under = Q_pump - demanded(P_relief, s, Pa, Pb, c)
+    if under >= 0.0:
+        return P_relief
+    low, high = min(Pa, Pb), P_relief
+    over = Q_pump - demanded(low, s, Pa, Pb, c)
+    P, kept = high, 0.0
+    for _ in range(MOST_LOOKS):
+        P = low + (high - low) * over / (over - under)
+        missing = Q_pump - demanded(P, s, Pa, Pb, c)
         if abs(missing) <= ENOUGH * Q_pump:
             break
         low, over, high, under, kept = narrowed(P, missing, low, over, high, under, kept)
