@@ -28,6 +28,10 @@ SLICE = 8e-3
 """Longest slice with a delay or with a spool that is held back [s]: the rod moves straight on within a communication
 step, so that shorter slices of steps up to this one change less than the step itself does (docs/accuracy.md)."""
 
+PARTS = 220
+"""Parts of a delay in each of which a history of short steps has an entry: with the ticks of a controller that samples
+as well they are fewer than it holds, and steps of 1 ms are not short for any delay."""
+
 
 @kernel
 def remembered(t: float, m: object, limit: float) -> float:
@@ -46,6 +50,19 @@ def remembered(t: float, m: object, limit: float) -> float:
         return u
     u_a, u_b = m.outputs[a % LENGTH], m.outputs[b % LENGTH]
     return min(max(u + (u_b - u_a) * (t - m.times[k % LENGTH]) / (t_b - t_a), -limit), limit)
+
+
+@kernel
+def latest_tick(t: float, s: float, t_0: float, period: float, tiny: float) -> float:
+    """Time [s] of the last tick of the controller's clock up to t = t_0 + s [s], or of one that follows within `tiny`.
+
+    Ticks are counted, so that one is always the same number; late in a run a period is less than what t resolves of it,
+    and t falls short of a tick that s has reached.
+    """
+    n = floor(t / period + 1e-9)
+    if n * period + period - t_0 <= s + tiny:
+        n += 1
+    return n * period
 
 
 @kernel
@@ -68,7 +85,7 @@ def march(
                 stop = min(stop, s + min(max(delay, SHORTEST), SLICE))
             sample = True
             if period > 0.0:
-                tick = floor(t / period + 1e-9) * period
+                tick = latest_tick(t, s, t_0, period, tiny)
                 sample = m.count == 0.0 or tick > m.sampled_at + tiny
                 stop = min(stop, tick + period - t_0)
                 if sample:
@@ -83,7 +100,7 @@ def march(
                     gain * (r - x), gain * (r_rate - v), border(y, c).integral, c.controller.kp, c.controller.kd,
                     c.valve.i_rated,
                 )  # fmt: skip
-            told(t_0, s, stop, m, c)
+            told(t_0, s, stop, h, m, c)
         status = advance(y, w, c, scale, t, stop - s, x_0 + v_h * s, v_h, x_ref + ref_rate * s, ref_rate, m)
         if stuck and status == OK:
             t = t_0 + stop
@@ -96,19 +113,33 @@ def march(
 
 
 @kernel
-def told(t_0: float, s: float, stop: float, m: object, c: object) -> None:
-    """Remember the controller's output, and say which is in force between t_0 + s and t_0 + stop [s]."""
+def told(t_0: float, s: float, stop: float, h: float, m: object, c: object) -> None:
+    """Remember the controller's output, and say which is in force between t_0 + s and t_0 + stop [s]; h: the step [s].
+
+    In short steps the newest entry is written over until a `PARTS` of the delay has passed since the one before it, for
+    the history would not reach back over the delay otherwise.
+    """
     delay = c.controller.delay
     m.u = m.held
     if delay > 0.0:
-        k = int(m.count) % LENGTH
+        if not crowded(h, delay, m):
+            m.count += 1.0
+        k = (int(m.count) - 1) % LENGTH
         m.times[k] = t_0 + s
         m.outputs[k] = m.held
-        m.count += 1.0
         m.u = remembered(t_0 + s - delay, m, c.valve.i_rated)
         m.u_rate = (remembered(t_0 + stop - delay, m, c.valve.i_rated) - m.u) / (stop - s)
     else:
         m.count += 1.0
+
+
+@kernel
+def crowded(h: float, delay: float, m: object) -> bool:
+    """Whether the newest entry of the history comes too soon after the one before it, in steps of h [s]."""
+    last = int(m.count) - 1
+    if last < 1 or h >= delay / PARTS:
+        return False
+    return m.times[last % LENGTH] - m.times[(last - 1) % LENGTH] < delay / PARTS
 
 
 @kernel

@@ -8,7 +8,8 @@ from ..core.jit import kernel
 from ..core.records import record, size_of
 
 LENGTH = 1024
-"""Entries of the controller's history; the latest stands at `count` - 1, modulo this."""
+"""Entries of the controller's history, which reach back over its delay however short the steps (`march.told`); the
+latest stands at `count` - 1, modulo this."""
 
 MEMORY = record((
     "count", "held", "sampled_at", "u", "u_rate", "P_s", "P_r",
