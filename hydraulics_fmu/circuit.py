@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..core.jit import kernel
 from ..core.records import record
-from .compensator import gas_softening, stop_acceleration, tank_rates
+from .compensator import gas_softening, oil_volume, stop_acceleration, tank_rates
 from .controller import command, command_rate, controller_output, integral_rate
 from .cylinder import (
     chamber_volume,
@@ -84,7 +84,8 @@ def own_tank_rates(Q_in: float, Q_out: float, Pt: float, s: object, rate: object
     if c.oil.softens != 0.0:
         rate.p_t *= modulus_factor(Pt, c.oil.beta, c)
     if c.compensator.gas > 0.0:
-        rate.p_t *= gas_softening(Pt, c.tank.volume, c.oil.beta, c.compensator.gas)
+        volume = oil_volume(s.x_c, c.compensator.area, c.tank.volume, c.compensator.length)
+        rate.p_t *= gas_softening(Pt, volume, c.oil.beta, c.compensator.gas)
     rate.v_c += stop_acceleration(s.x_c, c)
 
 

@@ -41,12 +41,17 @@ def stop_acceleration(x_c: float, c: object) -> float:
 
 
 @kernel
+def oil_volume(x_c: float, area: float, V_t: float, length: float) -> float:
+    """Oil [m3] in tank and compensator, V_t + V_c with V_c = A_c (length - x_c)."""
+    return V_t + area * max(length - x_c, 1e-3 * length)
+
+
+@kernel
 def tank_pressure_rate(
     Q_in: float, Q_out: float, v_c: float, x_c: float, area: float, V_t: float, length: float, beta: float
 ) -> float:
-    """dP_t/dt [Pa/s] from A_c v_c = Q_out - Q_in + (V_t + V_c)/beta dP_t/dt, V_c = A_c (length - x_c) (Eq. 2)."""
-    volume = V_t + area * max(length - x_c, 1e-3 * length)
-    return beta / volume * (area * v_c - Q_out + Q_in)
+    """dP_t/dt [Pa/s] from A_c v_c = Q_out - Q_in + (V_t + V_c)/beta dP_t/dt, V_t + V_c as of `oil_volume` (Eq. 2)."""
+    return beta / oil_volume(x_c, area, V_t, length) * (area * v_c - Q_out + Q_in)
 
 
 @kernel
