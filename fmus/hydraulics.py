@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.errors import SimulationError
 from ..hydraulics_fmu import stepping
-from ..hydraulics_fmu.own_supply import in_vain
+from ..hydraulics_fmu.own_supply import in_vain, passed_over
 from ..hydraulics_fmu.variables import HYDRAULICS
 from .slave import Slave
 
@@ -25,17 +25,23 @@ class DeepseaHydraulics(Slave):
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
         self.warned_of: float | None = None
         self.told_in_vain: tuple[str, ...] = ()
+        self.told_passed_over: tuple[str, ...] = ()
         self.told_unfed = False
 
     def build(self, parameters: dict[str, float]) -> None:
-        force, P_s, P_r = (self.values.item(HYDRAULICS.index(name)) for name in ("F_hold", "P_s", "P_r"))
-        self.row, held = stepping.initial_row(parameters, force, P_s, P_r)
+        inputs = ("F_hold", "P_s", "P_r", "x_h")
+        force, P_s, P_r, x_h = (self.values.item(HYDRAULICS.index(name)) for name in inputs)
+        self.row, held = stepping.initial_row(parameters, force, P_s, P_r, x_h)
         if not held and self.warned_of != force:
             self.warned_of = force
             self.warn(
                 f"the supply cannot hold F_hold = {force:g} N against the leakage: the run starts with the valve shut "
                 "and the machine will move"
             )
+        self._tell_unused(parameters, P_s, P_r)
+
+    def _tell_unused(self, parameters: dict[str, float], P_s: float, P_r: float) -> None:
+        """Warn, once each, of what is set or given and does nothing; P_s, P_r: pressures [Pa] of the inputs."""
         fed = [v.name for v, given in ((HYDRAULICS["P_s"], P_s), (HYDRAULICS["P_r"], P_r)) if given != v.start]
         if fed and not parameters["supply.from_outside"] and not self.told_unfed:
             self.told_unfed = True
@@ -50,6 +56,13 @@ class DeepseaHydraulics(Slave):
                 "such parameters of its own"
             )
         self.told_in_vain = unused
+        left = passed_over(parameters)
+        if left and left != self.told_passed_over:
+            self.warn(
+                "with effect.umbilical_supply or effect.pump_dynamics the supply has no override and no filter before "
+                f"the valve, so this does nothing there: {', '.join(left)}"
+            )
+        self.told_passed_over = left
 
     def heed(self, code: int, t: float, h: float) -> bool:
         if code == stepping.NOT_FOLLOWED:

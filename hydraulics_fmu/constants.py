@@ -32,6 +32,12 @@ from .variables import HYDRAULICS
 SHORTEST = 2.5e-4
 """Shortest delay or sampling period of the controller that is followed slice by slice [s], see `march`."""
 
+COLDEST, HOTTEST = 200.0, 500.0
+"""Temperatures [K] between which the laws of the oil are numbers; what an oil is used at lies far within."""
+
+LEAST_FLOW = 1e-9
+"""Least flow [m3/s] of a pump that a filter's loss is stated at."""
+
 WARM_STEPS = 64
 """Steps of temperature between which a warm-up's constants are straight lines."""
 
@@ -131,8 +137,16 @@ def warmed(t: float, row: object, table: object, c: object) -> None:
         row[i] = low + (high - low) * (at - k)
 
 
-def _of_oil(p: Mapping[str, float], T: float) -> dict[str, float]:
-    """The oil at T [K]; density, modulus and index are those that the parameters state for 40 C there."""
+def _of_oil(p: Mapping[str, float], T: float, place: str = "tank") -> dict[str, float]:
+    """The oil at T [K]; density, modulus and index are those that the parameters state for 40 C there.
+
+    place: where it is, for the `ParameterError` of a temperature that no oil is used at.
+    """
+    if not COLDEST <= T <= HOTTEST:
+        raise ParameterError(
+            f"'effect.oil_temperature', 'effect.oil_warm_up' and 'effect.line_thermal' give the oil of the {place} "
+            f"{T:g} K, which has to be between {COLDEST:g} and {HOTTEST:g} K"
+        )
     cold = p["oil.rho"] * p["oil.nu0"]
     dry = p["oil.rho"] / expansion(T)
     thin = dry * (p["oil.nu0"] * temperature_factor(T, p["oil.nu0"]))
@@ -151,7 +165,7 @@ def _of_oil_in(
     share = p[f"effect.oil_temperature.{place}"]
     if share == 1.0 and colder == 0.0:
         return warm
-    return _of_oil(p, STATED_AT + (p["effect.oil_temperature.T"] - STATED_AT) * share - colder)
+    return _of_oil(p, STATED_AT + (p["effect.oil_temperature.T"] - STATED_AT) * share - colder, place)
 
 
 def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, float]:
@@ -160,7 +174,9 @@ def _of_supply(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, f
         p_am + 0.5 * p["relief.p_crack"], warm["oil.eta0"], warm["oil.alpha"], p["effect.viscosity_law.share"]
     )
     thicker, ideal = eta / (p["oil.rho"] * p["oil.nu0"]), p["pump.displacement"] * p["pump.speed"]
-    clogged = p["effect.filter_clogging.dp"] * thicker / ideal if p["effect.filter_clogging.dp"] > 0.0 else 0.0
+    clogged = 0.0
+    if p["effect.filter_clogging.dp"] > 0.0:
+        clogged = p["effect.filter_clogging.dp"] * thicker / max(ideal, LEAST_FLOW)
     length, diameter = p["effect.umbilical_supply.length"], p["effect.umbilical_supply.diameter"]
     droop = p["effect.supply_droop.droop"]
     bore, lag = pi * diameter**2 / 4.0, p["effect.pump_dynamics.T"]
@@ -198,6 +214,12 @@ def _of_valve(warm: Mapping[str, float], p: Mapping[str, float]) -> dict[str, fl
         raise ParameterError(
             f"parameter 'effect.valve_dead_zone.overlap' = {overlap:g} makes a land's overlap {max(laps.values()):g} "
             "of the stroke, which has to be less than 1"
+        )
+    if retraction != 1.0 and 1.0 + (gain - 1.0) * retraction <= 0.0:
+        raise ParameterError(
+            f"parameters 'effect.valve_flow_gain.scale' = {gain:g} and 'effect.valve_flow_gain.retraction' = "
+            f"{retraction:g} leave a factor of {1.0 + (gain - 1.0) * retraction:g} on the flow of retraction, which "
+            "has to be positive"
         )
     opens = _curve(p, "valve_metering_curve")
     return {

@@ -26,11 +26,23 @@ eye."""
 BORDER, MORE = size_of(STATES), size_of(FURTHER)
 """How many these are."""
 
+PUMPLESS = 1e-3
+"""Share of the valve's rated flow below which a pump is none."""
+
+
+@kernel
+def typical_flow(c: object) -> float:
+    """Flow [m3/s] by which others are large or small: the pump's. A supply from outside comes with another pump, and
+    where there is none here it is the valve's rated flow."""
+    if c.supply.from_outside != 0.0 and c.pump.flow < PUMPLESS * c.valve.q_rated:
+        return c.valve.q_rated
+    return c.pump.flow
+
 
 def state_scales(c: np.record) -> np.ndarray:
     """Typical size of each state, (ny,), by which the integration's errors are made dimensionless."""
     nc, m = chain_length(c), border_length(c)
-    flow, p = max(c.pump.flow, 1e-9), c.relief.p_set
+    flow, p = max(typical_flow(c), 1e-9), c.relief.p_set
     scales = np.full(nc + m + lag_length(c), flow)
     for first in (0, nc // 2):
         scales[first + 1 : first + nc // 2 : 2] = p

@@ -15,7 +15,7 @@ from .line import LAGS, mean_viscosity
 from .moving_supply import hose_loss, pressure_at_rest, spilled
 from .oil import viscosity
 from .ports import port_flows
-from .states import border, border_length, chain_length, further, lag_length
+from .states import border, border_length, chain_length, further, lag_length, typical_flow
 
 SMALLEST_OPENING = 1e-6
 BEYOND = 2e9
@@ -145,7 +145,8 @@ def come_to_rest(constants: object, F_hold: float, P_s: float, P_r: float, y: ob
         taken = port_flows(x_v, nodes_a[n], nodes_b[n], Pt, P_top, c)[2]
         P_top = Pt + pressure_at_rest(taken, c) - hose_loss(taken, P_top, c)
         q_1, q_2, x_v, Q_b, surplus = balance(F_hold, Pt, P_top, P_top, c, nodes_a, nodes_b)
-    held = abs(surplus) <= 1e-6 * c.pump.flow and abs(Q_b - q_2) <= 1e-6 * c.pump.flow
+    small = 1e-6 * typical_flow(c)
+    held = abs(surplus) <= small and abs(Q_b - q_2) <= small
     if not held:
         q_1, q_2, x_v = 0.0, 0.0, 0.0
         P_2 = Pt if F_hold > 0.0 else p_am + ((Pt - p_am) * A_1 - F_hold) / A_2
@@ -176,8 +177,8 @@ def compressed(c: object) -> float:
 def rest_further(y: object, F_hold: float, P_p: float, c: object) -> None:
     """Write the states behind the first ones of the border at rest.
 
-    A loose rod lies against its eye, half its clearance ahead; the controller, which has come to rest too, asks for no
-    more than without it.
+    A loose rod lies against its eye, which is at 0, half its clearance ahead; the controller, which has come to rest
+    too, asks for no more than without it.
     """
     b, n, s = chain_length(c), int(c.line.segments), border(y, c)
     if c.states.lags != 0.0:

@@ -18,7 +18,7 @@ from .constants import SIZE, by_name, constants, warmed, warming
 from .integrator import OK, TOO_MANY, TOO_SMALL
 from .march import step
 from .memory import remembering
-from .states import border, border_length, chain_length, lag_length, state_scales
+from .states import border, border_length, chain_length, further, lag_length, state_scales
 from .steady import steady_state
 from .supply import sunk
 from .valve import settle
@@ -50,16 +50,20 @@ BEHIND = FIRST + len(OUTPUTS)
 
 
 def initial_row(
-    p: Mapping[str, float], F_hold: float, P_s: float = 0.0, P_r: float = 0.0
+    p: Mapping[str, float], F_hold: float, P_s: float = 0.0, P_r: float = 0.0, x_h: float = 0.0
 ) -> tuple[np.ndarray, bool]:
     """The row of an instance at rest with parameters by name, and whether the supply holds the force F_hold [N].
 
-    P_s, P_r: pressures [Pa] of supply and tank, where these are from outside.
+    P_s, P_r: pressures [Pa] of supply and tank, where these are from outside; x_h: place [m] of the eye, by which a rod
+    that is loose in it starts.
     """
     c = constants(p)
     named = by_name(c)
     outside = (P_s, P_r) if p["supply.from_outside"] else (0.0, 0.0)
     y, held = _rest(c.tobytes(), F_hold, *outside)
+    if named.cylinder.loose != 0.0 and x_h != 0.0:
+        y = y.copy()
+        further.py_func(y, named).x_r += x_h
     head = np.array([np.inf, 0.0, 0.0, float(not p["command.use_input"]), 1.0])
     parts = (head, c, y, state_scales(named), _at_rest(y, named), new_workspace(named), warming(p))
     return np.concatenate(parts), held

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from deepsea_cosim.fmus.hydraulics import DeepseaHydraulics
-from deepsea_cosim.hydraulics_fmu.own_supply import NAMES, in_vain
+from deepsea_cosim.hydraulics_fmu.own_supply import NAMES, in_vain, passed_over
 from deepsea_cosim.hydraulics_fmu.variables import HYDRAULICS
 
 AT_3_KM = {"depth": 3000.0, "command.t_start": 0.0}
@@ -38,6 +38,30 @@ def test_what_is_named_does_nothing_and_one_line_says_so():
         assert len(told) == 1
         assert f": {name};" in told[0]
         assert "\n" not in told[0]
+
+
+def test_without_a_pump_of_its_own_it_is_as_well_fed():
+    """Its flow of nothing was what the start had to be exact to, and what tolerances of the flows go by."""
+    plain, _ = run(FED)
+    out, told = run({**FED, "pump.speed": 0.0})
+    assert ["this does nothing: pump.speed;" in text for text in told] == [True]
+    assert np.allclose(out, plain, rtol=2e-5, atol=1e-12)
+
+
+MOVING = {**AT_3_KM, "effect.umbilical_supply.length": 100.0}
+
+
+@pytest.mark.parametrize(("values", "names"), [
+    ({"effect.relief_override.R": 1e10, "effect.relief_override.power": 0.5},
+     "effect.relief_override.R, effect.relief_override.power"),
+    ({"effect.filter_clogging.dp": 1e6, "effect.filter_clogging.back": 0.5}, "effect.filter_clogging.dp"),
+    ({"effect.filter_clogging.dp": 1e6, "effect.filter_clogging.back": 1.0}, ""),
+])  # fmt: skip
+def test_what_a_supply_that_moves_leaves_out_is_told(values, names):
+    _, told = run({**MOVING, **values})
+    assert [text.rpartition(": ")[2] for text in told] == ([names] if names else [])
+    still = {**AT_3_KM, **values}
+    assert passed_over(HYDRAULICS.parameters(still)) == ()
 
 
 def test_several_are_one_line():
