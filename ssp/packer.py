@@ -10,6 +10,7 @@ from lxml import etree
 
 from ..core.errors import PackageError
 from ..core.files import replacing
+from ..core.plain_numbers import plain_number
 from .document import SSC, SSD
 
 TYPES = {
@@ -47,20 +48,36 @@ def add_connectors(component: etree._Element, description: etree._Element) -> No
 
 
 def add_units(root: etree._Element, descriptions: list[etree._Element]) -> None:
-    """Give a system structure the units that its FMUs define, each once."""
-    units = etree.Element(f"{SSD}Units")
-    names = set()
+    """Give a system structure the units that its FMUs define, each once.
+
+    What a package defines counts before what an FMU does. So a name that FMUs define in two ways is left out, and one
+    that an FMU does not say what it means, which would be a plain number here.
+    """
+    defined: dict[str, dict[frozenset[tuple[str, float | str]], dict[str, str]]] = {}
     for description in descriptions:
         for unit in description.iterfind("UnitDefinitions/Unit"):
-            if unit.get("name") not in names:
-                names.add(unit.get("name"))
-                element = etree.SubElement(units, f"{SSC}Unit", name=unit.get("name"))
-                base = unit.find("BaseUnit")
-                etree.SubElement(element, f"{SSC}BaseUnit", dict(base.attrib) if base is not None else {})
+            if (base := unit.find("BaseUnit")) is not None:
+                defined.setdefault(unit.get("name"), {}).setdefault(_meaning(base), dict(base.attrib))
+    units = etree.Element(f"{SSD}Units")
+    for name, ways in defined.items():
+        if len(ways) == 1:
+            element = etree.SubElement(units, f"{SSC}Unit", name=name)
+            etree.SubElement(element, f"{SSC}BaseUnit", *ways.values())
     if not len(units):
         return
     place = root.find(f"{SSD}DefaultExperiment")
     place.addprevious(units) if place is not None else root.append(units)
+
+
+def _meaning(base: etree._Element) -> frozenset[tuple[str, float | str]]:
+    """What a BaseUnit says, however it is written."""
+    said: dict[str, float | str] = {}
+    for key, text in base.attrib.items():
+        try:
+            said[key] = plain_number(text)
+        except ValueError:
+            said[key] = text
+    return frozenset((key, value) for key, value in said.items() if value != (1.0 if key == "factor" else 0.0))
 
 
 def pack(

@@ -12,6 +12,8 @@ from lxml import etree
 
 from benchmarks import native
 
+from ..master.parts import redescribed
+
 pytestmark = pytest.mark.skipif(native.compiler is None, reason="there is no C compiler here")
 
 
@@ -58,6 +60,35 @@ def test_an_fmu_called_like_another_ones_component_is_not_lost(fmus, tmp_path):
         root = etree.fromstring(made.read("SystemStructure.ssd"))
         packed = {c.get("name"): made.read(c.get("source")) for c in root.iterfind(f".//{SSD}Component")}
     assert packed == {"clock": old.read_bytes(), "gain": new.read_bytes(), "gain_2": old.read_bytes()}
+
+
+FOOT = '<BaseUnit m="1" factor="0.3048"/>'
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_unit_that_an_fmu_does_not_define_is_what_its_name_says(tmp_path, version):
+    """And no plain number, which could not become a pressure."""
+    made = native.linear(tmp_path / "a", version, units={"y1": "ft"})
+    feet = redescribed(made, tmp_path / "a.fmu", (f'<Unit name="ft">{FOOT}</Unit>', '<Unit name="ft"/>'))
+    metres = native.linear(tmp_path / "b", version, units={"u1": "m"})
+    values = {**CLOCK, "gain.D[1,1]": 1.0}
+    path = compose(tmp_path / "p.ssp", {"clock": feet, "gain": metres}, [("clock.y1", "gain.u1")], values, 1.0, 0.5)
+    assert run(path, tmp_path / "out", Options()).frame()["gain.y1"].iloc[-1] == pytest.approx(0.3048)
+
+
+def test_a_unit_that_two_fmus_define_is_that_of_each(tmp_path):
+    """The package says nothing of it, for what it says would count for both."""
+    feet = native.linear(tmp_path / "a", 2, units={"y1": "ft"})
+    own = redescribed(feet, tmp_path / "own.fmu", (FOOT, '<BaseUnit m="1" factor="0.5"/>'))
+    same = redescribed(feet, tmp_path / "same.fmu", (FOOT, '<BaseUnit factor="3.048e-1" m="1" s="0"/>'))
+    metres = native.linear(tmp_path / "b", 2, units={"u1": "m"})
+    for other, length in ((own, 0.5), (same, 0.3048)):
+        fmus = {"idle": feet, "clock": other, "gain": metres}
+        values = {**CLOCK, "gain.D[1,1]": 1.0}
+        path = compose(tmp_path / "p.ssp", fmus, [("clock.y1", "gain.u1")], values, 1.0, 0.5)
+        assert run(path, tmp_path / "out", Options()).frame()["gain.y1"].iloc[-1] == pytest.approx(length)
+        with zipfile.ZipFile(path) as made:
+            assert ('name="ft"' in made.read("SystemStructure.ssd").decode()) == (other == same)
 
 
 @pytest.mark.parametrize(
