@@ -20,7 +20,7 @@ from ..algorithms.method import MEAN
 from ..coupling.initialisation import Initialiser
 from ..engine.program import Program
 from ..engine.runner import Runner
-from ..engine.values import REAL, TEXT, Signal
+from ..engine.values import REAL, TEXT, Signal, of_slot
 from ..options import Options, as_path, as_text, as_texts, as_time
 from ..system.addresses import split, targets
 from ..system.assemble import assemble
@@ -29,7 +29,8 @@ from ..system.instances import load_instances
 from ..system.start_values import StartValue, resolve
 from .start_up import DrivenInput, initialise, write_program
 from .stepped_run import SteppedRun
-from .stimuli import InputSeries, as_slots, check_series, interval_means
+from .stimuli import InputSeries, as_slots, check_series, interval_means, items_of
+from .stimuli_column import whole_numbers
 from .time_grid import time_grid
 
 MAX_RECORDED_VALUES = 3e8
@@ -170,9 +171,10 @@ class Session:
         The last step is shorter where `step` does not divide the time.
 
         changes: parameters by address, on top of the package's; inputs: series by address of unconnected inputs, joined
-        by straight lines and held beyond their ends; method: None is the package's, or the first of all; drives:
-        likewise, as `stimuli.read` has them from a file. Raises
-        `SimulationError` when an FMU fails or a recorded value is not finite; the session can be used again afterwards.
+        by straight lines, whole numbers held from one to the next, and held beyond their ends; method: None is the
+        package's, or the first of all; drives: likewise, as `stimuli.read` has them from a file. Raises `UsageError`
+        for what is no value of an input's type, `SimulationError` when an FMU fails or a recorded value is not finite;
+        the session can be used again afterwards.
         """
         self._check_usable()
         self._stepping = None
@@ -232,9 +234,11 @@ class Session:
         runner, _ = self._runner(method, tuple(wanted), driven)
         runner.program.begin()
         signals = dict(zip(held, (d.signal for d in driven), strict=True))
+        inputs_driven = {name: (signal, items_of(signal, self.system)) for name, signal in signals.items()}
         made = SteppedRun(
-            runner, [s for _, s in wanted], signals, held, holds_mean, begin, step, lambda run: run is self._under_way
-        )
+            runner, [s for _, s in wanted], inputs_driven, held, holds_mean, begin, step,
+            lambda run: run is self._under_way,
+        )  # fmt: skip
         self._under_way = made
         return made
 
@@ -277,9 +281,14 @@ class Session:
                 raise UsageError(f"'{address}' cannot be driven: it is {'an output' if is_output else 'connected'}")
             if signal.family == TEXT or signal.size > 1:
                 raise UsageError(f"'{address}' is not a single number and cannot be driven here")
-            at = np.interp(times, t, y)
-            held = np.append(interval_means(t, y, times), 0.0) if holds_mean else None
-            driven.append(_Driven(signal, at if signal.family == REAL else at.astype(np.int64), held))
+            if signal.family == REAL:
+                held = np.append(interval_means(t, y, times), 0.0) if holds_mean else None
+                driven.append(_Driven(signal, np.interp(times, t, y), held))
+                continue
+            exact = given[1] if isinstance(given, (tuple, list)) else y  # a float has no more than 53 bits
+            whole = whole_numbers(address, np.asarray(exact).tolist(), signal, items_of(signal, self.system))
+            d = InputSeries(signal, 0, t, whole, False)
+            driven.append(_Driven(signal, d.at(times), np.append(d.mean(times), 0.0) if holds_mean else None))
         for d in drives:
             if d.texts:
                 raise UsageError(f"'{d.signal.address}' takes texts and cannot be driven here")
@@ -317,8 +326,9 @@ class Session:
         for j, (_, signal) in enumerate(wanted):
             rows[-1, j] = reals[signal.place]
             if signal.family != REAL:
-                rows[:-1, j] = rows[:-1, j].copy().view(np.int64)
-                rows[-1, j] = integers[signal.place]
+                kind = np.uint64 if signal.type == "UInt64" else np.int64
+                rows[:-1, j] = rows[:-1, j].copy().view(kind)
+                rows[-1, j] = of_slot(int(integers[signal.place]), signal.type)
 
     def _runner(
         self, method: str, wanted: tuple[tuple[bool, Signal], ...], driven: Sequence[_Driven]

@@ -147,7 +147,7 @@ def read(path: Path, system: System) -> list[InputSeries]:
             texts = {cell: k for k, cell in enumerate(dict.fromkeys(column.cells))}
             values = np.array([texts[cell] for cell in column.cells], np.int64)
         else:
-            values = column.whole_numbers(signal, _items(signal, system))
+            values = column.whole_numbers(signal, items_of(signal, system))
         made.append(InputSeries(signal, element, times, values, _is_interpolated(signal, system), tuple(texts)))
     for k, name in enumerate(names):
         if name in names[:k]:
@@ -181,7 +181,7 @@ def remarks(path: Path, drives: Sequence[InputSeries], system: System, start: fl
             )
 
 
-def _items(signal: Signal, system: System) -> dict[str, int]:
+def items_of(signal: Signal, system: System) -> dict[str, int]:
     """Names of values that a column may have: of an enumeration's items, and of those of a boolean."""
     if signal.type == "Boolean":
         return {"true": 1, "false": 0, "True": 1, "False": 0, "TRUE": 1, "FALSE": 0}
