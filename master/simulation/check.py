@@ -127,6 +127,8 @@ def _starts(path: str, instance: FmuInstance) -> list[str]:
     warnings = []
     for v in instance.description.modelVariables:
         fmi_type = instance.types.get(v.type)
+        if v.name not in instance.variables:  # a negated alias that nobody asks for (FMI 1.0)
+            continue
         if v.start in (None, "") or fmi_type is None or fmi_type.family == TEXT or v.dimensions:
             continue
         try:

@@ -196,8 +196,10 @@ class Session:
         rows = np.empty((n + 1, len(record)))
         raw = np.empty((n, len(record)))
         self._stepping = runner, start, step
-        taken_steps = runner.run(raw, start, step, 0, n, n, stop, _matrix(driven))
-        self._stepping = None
+        try:
+            taken_steps = runner.run(raw, start, step, 0, n, n, stop, _matrix(driven))
+        finally:
+            self._stepping = None
         if taken_steps < n and runner.ended is not None:
             end = start + taken_steps * step
             raise SimulationError(f"component '{runner.ended.name}' asks to end the simulation at t = {end:g} s", end)

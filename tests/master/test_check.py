@@ -47,6 +47,15 @@ def test_the_table_at_the_end_shows_what_the_system_gives(fmus, tmp_path, capsys
     assert ["out", "6", "6", "6", "6"] in [line.split() for line in capsys.readouterr().out.splitlines()]
 
 
+def test_an_internal_negated_alias_of_fmi_1_is_no_fault(tmp_path):
+    alias = '<ScalarVariable name="minus" valueReference="500" causality="internal" variability="discrete" ' + (
+        'alias="negatedAlias"><Integer start="3"/></ScalarVariable></ModelVariables>'
+    )
+    fmu = redescribed(native.linear(tmp_path / "f", 1), tmp_path / "L.fmu", ("</ModelVariables>", alias))
+    path = package(tmp_path / "p.ssp", system("root", gain("a", 3.0)), {"resources/L.fmu": fmu})
+    assert not check(path).errors
+
+
 def test_the_packages_own_times_are_checked(fmus, tmp_path, capsys):
     assert main([str(two(tmp_path / "p.ssp", fmus[2], stop=-3)), "--check"]) == 2
     assert "stop time -3 s" in capsys.readouterr().err

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim.core.errors import SimulationError, UnknownNameError, UsageError
+from deepsea_cosim.master.engine.runner import Runner
 from deepsea_cosim.master.simulation.run import Options, run
 from deepsea_cosim.master.simulation.session import Session
 from deepsea_cosim.master.slaves import library
@@ -47,6 +48,24 @@ def test_failure_does_not_spoil_the_session(toys, tmp_path):
         with pytest.raises(SimulationError, match=r"'b\.x' is not finite at t = 0\.6"):
             session.run(["b.x"], 1.0, 0.1, {"b.t_bomb": 0.55})
         assert session.run(["b.x"], 1.0, 0.1)[1][-1] == pytest.approx(1.0)
+
+
+def test_a_run_that_failed_is_not_under_way(toys, tmp_path, monkeypatch):
+    """What crashes afterwards, as the FMUs are freed, does not crash in a step."""
+    pack = package(tmp_path / "p.ssp", {"b": toys / "Bomb.fmu"})
+    whole = Runner.run
+
+    def fails(*given, **more):
+        if session.culprit("{} crashed in {}").endswith(" at t = 0 s"):
+            raise SimulationError("no")
+        return whole(*given, **more)  # before the first step
+
+    with Session(pack) as session:
+        session.run(["b.x"], 1.0, 0.1)
+        monkeypatch.setattr(Runner, "run", fails)
+        with pytest.raises(SimulationError, match="no"):
+            session.run(["b.x"], 1.0, 0.1)
+        assert session.culprit("{} crashed in {}") == ""
 
 
 def test_wrong_names(toys, tmp_path):
