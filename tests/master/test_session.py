@@ -56,7 +56,7 @@ def test_a_run_that_failed_is_not_under_way(toys, tmp_path, monkeypatch):
     whole = Runner.run
 
     def fails(*given, **more):
-        if session.culprit("{} crashed in {}").endswith(" at t = 0 s"):
+        if " at t = " in session.culprit("{} crashed in {}"):
             raise SimulationError("no")
         return whole(*given, **more)  # before the first step
 
