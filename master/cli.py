@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -250,7 +250,7 @@ def _run(options: argparse.Namespace) -> int:
             _page(folder, display)
         raise
     if options.html:
-        files += _page(folder, display)
+        files += _page(folder, display, result)
     _conclude(options, result, files, display)
     return {"failed": 1, "interrupted": ending.code()}.get(result.summary.get("step_check", {}).get("status"), 0)
 
@@ -335,8 +335,10 @@ def _simulate(
     """The result of the run, and the names of the files that it has left in the folder."""
     from contextlib import ExitStack
 
+    from ..core.errors import OutputError
     from .simulation.plot import Plotter
     from .simulation.run import run
+    from .simulation.run_folder import held_again
     from .terminal import Estimate, Progress
 
     with ExitStack() as stack:
@@ -358,7 +360,11 @@ def _simulate(
         files = [*filter(None, (options.results, options.log)), "summary.json", "manifest.json", *states]
         if plotter:
             title = f"{options.package.stem} ({result.summary['method']}, step {result.summary['step_s']:g} s)"
-            problem = plotter[0].draw(folder / "overview.png", title, result, display, options.plot)
+            try:
+                with held_again(folder, result.summary):
+                    problem = plotter[0].draw(folder / "overview.png", title, result, display, options.plot)
+            except OutputError as error:
+                problem = str(error)
             if problem:
                 print(f"cosim-master: overview.png was not drawn: {problem}", file=sys.stderr)
             else:
@@ -370,12 +376,17 @@ def _note(text: str) -> None:
     print(f"cosim-master: {text}", file=sys.stderr)
 
 
-def _page(folder: Path, display: DisplayUnits) -> list[str]:
-    """The name of the page, once it is written; what keeps it from that is told, for the run itself is done."""
+def _page(folder: Path, display: DisplayUnits, result: Result | None = None) -> list[str]:
+    """The name of the page, once it is written; what keeps it from that is told, for the run itself is done.
+
+    result: of the run whose page it is to be, where it has one.
+    """
     from .page.write import write_page
+    from .simulation.run_folder import held_again
 
     try:
-        return [write_page(folder, display).name]
+        with held_again(folder, result.summary) if result is not None else nullcontext():
+            return [write_page(folder, display).name]
     except CosimError as error:
         print(f"cosim-master: results.html was not written: {error}", file=sys.stderr)
         return []

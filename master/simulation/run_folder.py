@@ -117,6 +117,20 @@ def result_folder(
             shutil.rmtree(folder / STAGE, ignore_errors=True)
 
 
+@contextmanager
+def held_again(folder: Path, summary: Mapping[str, Any]) -> Iterator[None]:
+    """Hold the folder of a run that has ended, to write something beside its files.
+
+    Raises `OutputError` where another run writes there, or has written there since.
+    """
+    with held(folder, "another run"):
+        with writing(folder):
+            is_same = (folder / "summary.json").read_bytes() == strict_json(summary)
+        if not is_same:
+            raise OutputError(f"{folder}: another run has written there meanwhile")
+        yield
+
+
 def is_of_a_run(folder: Path) -> bool:
     """Whether a run has made the folder, by its manifest."""
     return isinstance(read_object(folder / "manifest.json").get("options"), dict)

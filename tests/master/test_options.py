@@ -14,7 +14,11 @@ import pytest
 from deepsea_cosim import simulate
 from deepsea_cosim.core.errors import OutputError, UsageError
 from deepsea_cosim.core.files import held
+from deepsea_cosim.master.cli import main
+from deepsea_cosim.master.simulation import run_folder
+from deepsea_cosim.master.simulation.plot import Plotter
 from deepsea_cosim.master.simulation.run import Options, run
+from deepsea_cosim.master.simulation.run_folder import held_again
 
 from benchmarks import native
 
@@ -106,6 +110,34 @@ def test_the_folder_is_held_until_all_is_written(fmus, tmp_path):
     assert not free
     with held(tmp_path / "out", "somebody"):
         pass
+
+
+def test_plot_and_page_are_not_put_beside_the_files_of_another_run(fmus, tmp_path, monkeypatch, capsys):
+    """They are written after the run, when its folder may be another one's."""
+    path = str(package(tmp_path / "p.ssp", system("root", constant("a", 2.0)), with_fmu(fmus)))
+    out = tmp_path / "out"
+    free = []
+
+    def draws(_self, target, *_rest):
+        with suppress(OutputError), held(out, "somebody"):
+            free.append(target)
+
+    monkeypatch.setattr(Plotter, "draw", draws)
+    assert main([path, "--out", str(out), "--html"]) == 0
+    assert not free
+    assert capsys.readouterr().err == ""
+    first = json.loads((out / "summary.json").read_text())
+    with held_again(out, first):
+        pass
+    run(Path(path), out)
+    with pytest.raises(OutputError, match="another run has written there meanwhile"), held_again(out, first):
+        pass
+    monkeypatch.setattr(run_folder, "held_again", lambda *_: held_again(out, first))
+    assert main([path, "--out", str(out), "--html"]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert [line.partition(": another run")[0].rpartition(": ")[0] for line in told] == [
+        "cosim-master: overview.png was not drawn", "cosim-master: results.html was not written"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
