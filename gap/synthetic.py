@@ -201,6 +201,8 @@ def _head(data: dict[str, Any], template: Path, package: Path, channels: tuple[C
         lines.append(f"unit = {_toml(c.unit)}")
         if c.noise_std is not None:
             lines.append(f"noise_std = {c.noise_std / unit(c.unit).factor!r}")
+        if c.keep_faulty:
+            lines.append('faulty_readings = "keep"')
         if c.clock_jitter is not None:
             lines.append(f"clock_jitter = {c.clock_jitter!r}")
         if c.model_form_scatter is not None:

@@ -239,7 +239,7 @@ def recalibrated(record: Record) -> Record:
     ids = sorted({id for e in case.evidence for id in e.ids})
     told = {id: inclusion(posterior, frozenset([id])) for id in ids}
     own = record.diagnosis["effects"]
-    effects = {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
+    effects = own | {id: {**own.get(id, {}), "inclusion_probability": p} for id, p in told.items()}
     effects |= {id: own[id] for id in _unjudged(record.diagnosis) & own.keys()}
     return record._replace(diagnosis={**record.diagnosis, "effects": effects})
 

@@ -54,11 +54,16 @@ def load(place: Path, diagnoses: Path | None = None, missing: bool = False) -> l
 
 
 def load_all(places: Iterable[Path], diagnoses: Path | None = None, missing: bool = False) -> list[Record]:
-    """The same of several; of a case that is in more than one, the first counts."""
-    every: dict[tuple[Any, str], Record] = {}
+    """The same of several; of a case that is in more than one, the first that is diagnosed counts."""
+    every: dict[tuple[str, str], Record] = {}
     for record in (record for place in places for record in load(place, diagnoses, missing)):
-        every.setdefault((record.answer.get("seed"), record.name), record)
+        if every.setdefault(_key(record), record).diagnosis is None:
+            every[_key(record)] = record
     return list(every.values())
+
+
+def _key(record: Record) -> tuple[str, str]:
+    return str(record.answer.get("seed")), record.name
 
 
 def one(answer: Path, told: Path) -> Record:
@@ -73,8 +78,9 @@ def _read(file: Path) -> Any:
 
 
 def merge(file: Path, fresh: Iterable[Record]) -> None:
-    """Put cases into a file of records, which may exist; a fresh one takes the place of an old one of its name."""
-    rows = {record.name: record for record in [*(load(file) if file.exists() else []), *fresh]}
+    """Put cases into a file of records, which may exist; a fresh one takes the place of an old one of its seed and
+    name."""
+    rows = {_key(record): record for record in [*(load(file) if file.exists() else []), *fresh]}
     lines = []
     for _, record in sorted(rows.items()):
         row = {"case": record.name, "answer": _answer(record.answer), "diagnosis": _diagnosis(record.diagnosis)}

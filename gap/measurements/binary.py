@@ -45,7 +45,7 @@ def as_floats(values: Any) -> FloatArray | None:
     if array.dtype.kind in "biuf":
         return array.astype(float)
     if array.dtype.kind == "m":
-        return array.astype("timedelta64[ns]").astype(float) / 1e9
+        return _seconds(array)
     return None
 
 
@@ -53,7 +53,13 @@ def from_datetimes(stamps: Any) -> tuple[FloatArray, datetime]:
     """Seconds since the first of numpy datetimes (n,), and that first one."""
     nanoseconds = np.asarray(stamps).astype("datetime64[ns]")
     first = nanoseconds[0]
-    return (nanoseconds - first).astype(float) / 1e9, first.astype("datetime64[us]").item()
+    return _seconds(nanoseconds - first), first.astype("datetime64[us]").item()
+
+
+def _seconds(durations: Any) -> FloatArray:
+    """Durations in seconds; what is missing, NaN."""
+    seconds: FloatArray = np.where(np.isnat(durations), np.nan, durations.astype("timedelta64[ns]").astype(float) / 1e9)
+    return seconds
 
 
 def table_of_arrays(path: Path, arrays: Mapping[str, Any], units: Mapping[str, str]) -> MeasurementTable:

@@ -157,4 +157,5 @@ def write_copy(source: Source, used: Sequence[str], target: Path) -> None:
     with writing(target), target.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([f"time [{source.time_unit}]" if source.time_unit else "time", *names])
-        writer.writerows(["" if np.isnan(v) else f"{v:.9g}" for v in row] for row in table.tolist())
+        for time, *values in table.tolist():  # which may count from 1970
+            writer.writerow([f"{time:.15g}", *("" if np.isnan(v) else f"{v:.9g}" for v in values)])

@@ -60,8 +60,7 @@ def _clock_keys(run: RunDraft) -> dict[str, object]:
     if not run.clock.stated and run.clock.unit != "s":
         keys["time_unit"] = run.clock.unit
     if run.clock.start is not None:
-        first = not run.clock.doubt or run.source.stamped
-        keys["start"] = "first" if first else run.clock.start
+        keys["start"] = run.clock.start if run.clock.doubt else "first"
     return keys
 
 

@@ -94,7 +94,10 @@ def _divided(
         except SimulationError as error:
             state = replace(state, warnings=(*state.warnings, f"{state.ranked_baseline.hypothesis.label}: {error}"))
         state = replace(state, holdout=None)
-    return _alternatives(state, plausible)
+    try:
+        return _alternatives(state, plausible)
+    except StopRequested:  # now that it has been asked, subsets are foretold and no longer fitted
+        return _alternatives(state, plausible)
 
 
 def _alternatives(
@@ -107,20 +110,17 @@ def _alternatives(
     for r, p in plausible:
         try:
             alternatives.append(Alternative(p, _residuals(state, r, fitted)))
-        except SimulationError as error:
-            state = _without(state, r, error)
+        except SimulationError as error:  # of one of its subsets, perhaps
+            state = replace(state, warnings=(*state.warnings, f"{r.hypothesis.label} is not shared out: {error}"))
     while True:
         try:
             state.residual_of(state.reported)
         except SimulationError as error:
-            state = _without(state, state.reported, error)
+            r = state.reported
+            warnings = (*state.warnings, f"{r.hypothesis.label} is not reported: {error}")
+            state = replace(state, not_held_out=(*state.not_held_out, r), warnings=warnings)
         else:
             return state, alternatives
-
-
-def _without(state: State, r: RankedHypothesis, error: SimulationError) -> State:
-    warnings = (*state.warnings, f"{r.hypothesis.label}: {error}")
-    return replace(state, not_held_out=(*state.not_held_out, r), warnings=warnings)
 
 
 def _residuals(

@@ -27,6 +27,7 @@ from ..search.rounds import (
     search_round,
 )
 from ..search.shorter_step import search_with_shorter_step
+from ..search.starts import corrected_for_step
 from ..search.step_refinement import refine_fit_step, refine_macro_step, refit_with_exact_step
 from ..search.widening import widen_derivatives
 from ..selection.evidence import rank_hypotheses
@@ -168,7 +169,10 @@ def look_at_shorter_steps(state: State) -> State:
     refinement = search_with_shorter_step(state.problem, best_of_each_set(state.hypotheses), state.nuisance_jacobian)
     if refinement.problem is state.problem:
         return _with_fits(state, refinement.hypotheses)
-    state = _with_fits(replace(state, problem=refinement.problem), refinement.hypotheses)
+    other = [] if state.other_start is None else [state.other_start]
+    other_start = next(iter(corrected_for_step(refinement.problem, other, [])), None)
+    state = replace(state, problem=refinement.problem, other_start=other_start)
+    state = _with_fits(state, refinement.hypotheses)
     return compare_sets(state) if can_continue(state) else state
 
 

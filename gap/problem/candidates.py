@@ -94,7 +94,7 @@ def effect_candidates(
     channels = [c for k, c in enumerate(campaign.outputs) if any(b.channel == k for b in observations.blocks)]
     for s in catalogue.sensors:
         for k, c in enumerate(campaign.outputs):
-            if c in channels and observations.span[k] > settings.parameters.least_span * observations.level[k]:
+            if c in channels and not observations.is_constant(k, settings.parameters.least_span):
                 candidates.append(
                     _sensor_candidate(s, c.connector, float(observations.span[k]), len(channels), settings.parameters)
                 )

@@ -164,8 +164,9 @@ def _swing(
     a, b = max(float(block.t[0]), a - half), min(float(block.t[-1]), b + half)
     near = (block.t >= a - half) & (block.t <= b + half)
     at = np.linspace(a, b, max(2, 1 + round((b - a) / half)))
-    samples = np.searchsorted(block.t, at + half, side="right") - np.searchsorted(block.t, at - half)
-    at = at[samples >= 0.5 * np.median(samples)]  # not in a hole of the readings
+    count = np.searchsorted(block.t, at + half, side="right") - np.searchsorted(block.t, at - half)
+    density = count / (np.minimum(at + half, block.t[-1]) - np.maximum(at - half, block.t[0]))
+    at = at[density >= 0.5 * np.median(density)]  # not in a hole of the readings
     noise = observations.noise_std[block.place][near]
     return Swing(block.t[near], at, window, noise, frequency, settings)
 

@@ -91,6 +91,11 @@ class Block:
         return readings
 
     @property
+    def last_sample(self) -> np.ndarray:
+        """Times [s] (n,) of the latest sample of each reading of a signal."""
+        return self.t if self.members is None else self.members[:, -1]
+
+    @property
     def is_series(self) -> bool:
         """Whether it is samples of a signal."""
         return self.event is None and self.feature is None
@@ -191,6 +196,13 @@ class Observations:
         """Middle between a channel's largest and smallest reading in any run."""
         return next((float(self.middle[b.channel]) for b in self.blocks if b.connector == connector), 0.0)
 
+    def is_constant(self, channel: int, share: float) -> bool:
+        """Whether a channel's readings differ by a share of the largest at most; moments alone say nothing of that."""
+        read = [self.y[b.place] for b in self.series if b.channel == channel]
+        if not read:
+            return False
+        return bool(max(y.max() for y in read) - min(y.min() for y in read) <= share * self.level[channel])
+
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""
         return {b.connector: b for b in self.series if b.run == run}
@@ -217,7 +229,7 @@ class Observations:
         """The samples of signals that were taken until then [s], without moments and swings."""
         blocks, kept, count = [], [], 0
         for b in self.series:
-            at = np.flatnonzero(b.t <= end)
+            at = np.flatnonzero(b.last_sample <= end)
             if at.size:
                 place, count = slice(count, count + at.size), count + at.size
                 members = None if b.members is None else b.members[at]

@@ -151,7 +151,8 @@ def choose_difference_step(problem: Problem) -> Problem:
         return problem
     drawn = np.random.default_rng(0).choice([-1.0, 1.0], len(problem.base))
     for h in settings.difference_steps:
-        signs = [1.0 if x.low > -2.0 * h else s for x, s in zip(problem.base, drawn, strict=True)]
+        parameters = zip(problem.base, drawn, strict=True)
+        signs = [1.0 if x.low > -2.0 * h else -1.0 if x.high < 2.0 * h else s for x, s in parameters]
         problem = problem.with_discretisation(difference_step=h)
         points = [{x.name: k * h * s for x, s in zip(problem.base, signs, strict=True)} for k in (0.0, 1.0, 2.0)]
         at_start, one, two = problem.evaluate(points)

@@ -69,7 +69,7 @@ class _OneRun:
         run = _missed_most(problem, point)
         self.problem = problem.of_runs([run])
         samples = self.problem.samples
-        self.end = float(samples.time.max())
+        self.end = max(float(b.last_sample.max()) for b in samples.series)
         least = problem.settings.search.motion_threshold
         moved = [b.t[abs(b.y - b.y[0]) > least * samples.noise_std[b.place]] for b in samples.series]
         self.begin = min((float(t[0]) for t in moved if len(t)), default=0.0)

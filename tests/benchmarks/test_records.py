@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.blind.baselines import table
 from benchmarks.blind.calibrate import case_of, recalibrated
-from benchmarks.blind.records import Record, load, merge
+from benchmarks.blind.records import Record, load, load_all, merge
 from benchmarks.blind.scoring.outcome import outcomes
 from benchmarks.blind.scoring.report import as_text
 from benchmarks.blind.scoring.table import score
@@ -129,3 +129,15 @@ def test_records_grow_case_by_case_and_the_last_word_counts(folder):
     before = file.read_text()
     merge(file, load(file))
     assert file.read_text() == before
+
+
+def test_cases_of_two_seeds_and_those_that_one_place_lacks(folder):
+    first, second = load(folder)
+    other = Record(first.name, {**first.answer, "seed": -1}, first.diagnosis)
+    a, b = folder / "a.jsonl", folder / "b.jsonl"
+    merge(a, [first._replace(diagnosis=None), other])
+    assert len(load(a)) == 2
+    merge(b, [first, second])
+    every = load_all([a, b])
+    assert len(every) == 3
+    assert all(record.diagnosis is not None for record in every if record.name == first.name)

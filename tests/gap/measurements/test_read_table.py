@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deepsea_cosim.gap.measurements import delimited_text
+from deepsea_cosim.gap.measurements.binary import as_floats, from_datetimes
 from deepsea_cosim.gap.measurements.read_table import read_table
 from deepsea_cosim.gap.measurements.table import MeasurementError, TextFormat
 from deepsea_cosim.gap.settings import FILE_LIMITS
@@ -291,3 +292,10 @@ def test_what_is_wrong_in_many_rows_is_told_with_its_line(tmp_path, monkeypatch,
     with pytest.raises(MeasurementError) as slow:
         read_table(path)
     assert str(fast.value) == str(slow.value)
+
+
+def test_a_time_that_is_missing_is_none():
+    stamps = np.array(["2024-05-01T00:00:00", "NaT", "2024-05-01T00:00:02"], "datetime64[s]")
+    seconds, _ = from_datetimes(stamps)
+    assert np.isnan(seconds).tolist() == [False, True, False]
+    assert np.isnan(as_floats(stamps - stamps[0])).tolist() == [False, True, False]

@@ -134,3 +134,30 @@ def test_where_calibration_makes_the_held_out_runs_impossible_the_others_serve(u
     d = diagnose(read(uneven), processes=1)
     assert document(d)["budget"]["held_out"].startswith("stretches")
     assert any("cannot be simulated" in w for w in d.state.warnings)
+
+
+def test_a_stop_while_the_gap_is_shared_out_without_held_out_runs(uneven, monkeypatch):
+    state = replace(diagnose(read(uneven), processes=1).state, holdout=None)
+    residuals, calls = probabilities._residuals, []
+
+    def stopped_at_the_first(*arguments):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise StopRequested
+        return residuals(*arguments)
+
+    monkeypatch.setattr(probabilities, "_residuals", stopped_at_the_first)
+    assert probabilities.share_gap(state).budget is not None
+    assert len(calls) > 1
+
+
+def test_a_set_of_which_a_part_cannot_be_simulated_is_reported_all_the_same(uneven, monkeypatch):
+    state = diagnose(read(uneven), processes=1).state
+
+    def never(*arguments):
+        raise SimulationError("the held-out runs cannot be simulated")
+
+    monkeypatch.setattr(probabilities, "_residuals", never)
+    shared = probabilities.share_gap(state)
+    assert shared.reported is state.reported
+    assert any("is not shared out" in w for w in shared.warnings)

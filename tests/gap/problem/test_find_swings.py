@@ -149,3 +149,14 @@ def test_a_hole_in_the_readings_of_a_swing(hole):
     assert np.isfinite(compared.observations.y).all()
     assert np.isfinite(as_compared(compared, y[there])).all()
     assert compared.observations.noise_std.min() > 0.1 * NOISE
+
+
+@pytest.mark.parametrize("missing", [[10], [3, 30], [len(T) - 20, len(T) - 7]])
+def test_a_reading_that_is_missing_near_an_end_leaves_a_swing_whole(missing):
+    """There a window has half of its samples anyway."""
+    there = np.delete(np.arange(len(T)), missing)
+    y = commanded() + 0.2 * np.sin(2.0 * np.pi * 3.0 * T)
+    read = (y + np.random.default_rng(0).normal(0.0, NOISE, len(T)))[there]
+    observations = gather([RawBlock(0, 0, "m.0", T[there], read, NOISE, None, True)])
+    ((found,),) = find_swings(observations, commanded()[there], SETTINGS)
+    assert (found.at[0], found.at[-1]) == (T[there][0], T[there][-1])

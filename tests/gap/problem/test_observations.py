@@ -135,3 +135,20 @@ def test_the_middle_of_a_channel_is_that_of_all_runs():
     observations = gather(blocks)
     assert observations.middle_of("a.x") == pytest.approx(0.5 * (np.sin(T).min() + 10.0))
     assert observations.until(2.0).middle_of("a.x") == observations.middle_of("a.x")
+
+
+def test_a_channel_of_zeros_reads_the_same_all_the_time():
+    zeros, ramp = (RawBlock(0, k, f"a.{k}", T, y, 0.1, None, True) for k, y in enumerate((0.0 * T, T)))
+    observations = gather([zeros, ramp])
+    assert observations.is_constant(0, 1e-9)
+    assert not observations.is_constant(1, 1e-9)
+    event = EventObservation(0.2, 0.001, 2.0)
+    alone = gather([RawBlock(0, 0, "a.0", T[:1], T[:1], 0.1, event, True)])
+    assert not alone.is_constant(0, 1e-9)
+
+
+def test_a_mean_is_cut_off_with_its_last_sample():
+    times, read = average_neighbours(T, T, 100)
+    observations = gather([RawBlock(0, 0, "a.x", times.mean(1), read, 0.1, None, True, members=times)])
+    (block,) = observations.until(float(times[50, -1]) - 1e-9).blocks
+    assert len(block.t) == 50

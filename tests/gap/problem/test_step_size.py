@@ -121,12 +121,14 @@ def test_noise_is_not_widened_without_bound_for_a_step_that_changes_the_model():
     assert "m.x" in assessed.unresolved
 
 
-def test_a_parameter_that_cannot_be_less_is_changed_upwards():
-    """Of an accepted effect that stands at the end of its range, runs on the other side fail."""
-    base = tuple(EstimatedParameter(name, "base", 1.0, 0.05, 0.0, 2.0, 1.0) for name in "abcdef")
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_parameter_at_an_end_of_its_range_is_changed_away_from_it(sign):
+    """Of an accepted effect that stands there, runs on the other side fail."""
+    low, high = sorted([0.0, 2.0 * sign])
+    base = tuple(EstimatedParameter(name, "base", 1.0, 0.05, low, high, 1.0) for name in "abcdef")
 
     def run(p, step):
-        if min(p.values()) < 0.0:
+        if min(sign * u for u in p.values()) < 0.0:
             return None
         return np.sin(np.arange(500) * 0.1 * (1.0 + 0.05 * p["a"])) * (1.0 + 0.05 * p["b"])
 
