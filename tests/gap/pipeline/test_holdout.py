@@ -16,7 +16,6 @@ from deepsea_cosim.gap.pipeline.state import initial_state
 from deepsea_cosim.gap.problem.build import build_problem
 from deepsea_cosim.gap.problem.stop import StopRequested, StopToken
 from deepsea_cosim.gap.result.document import document
-from deepsea_cosim.gap.settings import DEFAULT
 from deepsea_cosim.master.parallel.pool import Pool
 
 from tests.gap.oscillator import STOP, campaign, measure
@@ -24,11 +23,10 @@ from tests.gap.oscillator import STOP, campaign, measure
 SPEED = '[[channel]]\ncolumn = "v"\nconnector = "o.v"\nunit = "m/s"\nnoise_std = 0.02\n'
 
 
-@pytest.fixture
-def uneven(toys, tmp_path):
+def uneven_campaign(toys, folder):
     """Two runs with position and speed; the second, held out, has no speed and less of the motion."""
     stiff = [measure(seed, lambda t, x, v: -300.0 * x**3) for seed in (7, 8)]
-    path = campaign(tmp_path, toys, stiff)
+    path = campaign(folder, toys, stiff)
     text = path.read_text().replace('file = "run1.csv"', 'file = "run1.csv"\nuse = "holdout"')
     path.write_text(text.replace("[[run]]", SPEED + "[[run]]", 1))
     for i, run in enumerate(stiff):
@@ -36,8 +34,13 @@ def uneven(toys, tmp_path):
         speed = ["" if i else f"{w:.9g}" for w in v]
         lines = [f"{t:.9g},{u:.9g},{1e3 * x:.9g},{w}" for (t, u, x), w in zip(run, speed, strict=True)]
         keep = lines if i == 0 else lines[: round(0.4 * len(lines))]
-        (tmp_path / f"run{i}.csv").write_text("\n".join(["time,u,x,v", *keep]) + "\n")
+        (folder / f"run{i}.csv").write_text("\n".join(["time,u,x,v", *keep]) + "\n")
     return path
+
+
+@pytest.fixture
+def uneven(toys, tmp_path):
+    return uneven_campaign(toys, tmp_path)
 
 
 def test_a_channel_that_the_held_out_run_lacks(uneven):
@@ -85,8 +88,70 @@ def test_what_is_noticed_about_held_out_runs_is_told(uneven, monkeypatch):
         assert "odd" in build_held_out_runs(state).warnings
 
 
-def test_a_stop_at_a_later_alternative_leaves_a_budget_of_the_same_runs(uneven, monkeypatch):
-    state = diagnose(read(uneven), processes=1).state
+@pytest.fixture(scope="module")
+def diagnosed(toys, tmp_path_factory):
+    """A diagnosis with a held-out run, its processes ended."""
+    return diagnose(read(uneven_campaign(toys, tmp_path_factory.mktemp("uneven"))), processes=1)
+
+
+def raising(error, when=lambda fit: True):
+    """In the place of the simulation of held-out runs: one that fails for some fits."""
+    simulated = HoldoutRuns._simulated_residual
+
+    def residual(self, fit, training):
+        if when(fit):
+            raise error
+        return simulated(self, fit, training)
+
+    return residual
+
+
+def anew(state):
+    """Without what was remembered of the held-out runs."""
+    return replace(state, holdout=replace(state.holdout, residuals={}))
+
+
+def test_what_was_simulated_of_held_out_runs_is_told_when_nothing_can_be_any_more(diagnosed):
+    """Points that memory does not hold would have to be simulated again, after the processes have ended."""
+    diagnosed.state.holdout.problem.simulator._cache.clear()
+    assert document(diagnosed)["budget"]["held_out"].startswith("runs")
+
+
+IMPOSSIBLE = SimulationError("the held-out runs cannot be simulated")
+
+
+def test_a_set_that_the_held_out_runs_cannot_be_simulated_with_is_not_reported(diagnosed, monkeypatch):
+    assert diagnosed.state.reported.hypothesis.candidates
+    with_effects = raising(IMPOSSIBLE, lambda fit: any(x.kind != "base" for x in fit.parameters))
+    known = {k: v for k, v in diagnosed.state.holdout.residuals.items() if b"k3" not in k}
+    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", with_effects)
+    holdout = replace(diagnosed.state.holdout, residuals=known)
+    shared = probabilities.share_gap(replace(diagnosed.state, holdout=holdout))
+    assert not shared.reported.hypothesis.candidates
+    assert any("cubic_spring is not reported" in w for w in shared.warnings)
+    assert shared.holdout is not None
+
+
+def test_where_calibration_makes_the_held_out_runs_impossible_the_others_serve(diagnosed, monkeypatch):
+    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", raising(IMPOSSIBLE))
+    shared = probabilities.share_gap(anew(diagnosed.state))
+    assert shared.held_out_how.startswith("stretches")
+    assert any("cannot be simulated" in w for w in shared.warnings)
+
+
+def test_a_set_of_which_a_part_cannot_be_simulated_is_reported_all_the_same(diagnosed, monkeypatch):
+    def never(*arguments):
+        raise IMPOSSIBLE
+
+    monkeypatch.setattr(probabilities, "_residuals", never)
+    shared = probabilities.share_gap(diagnosed.state)
+    assert shared.reported is diagnosed.state.reported
+    assert any("is not shared out" in w for w in shared.warnings)
+
+
+@pytest.mark.parametrize("held_out", [True, False])
+def test_a_stop_at_a_later_alternative_leaves_a_budget_of_the_same_runs(diagnosed, monkeypatch, held_out):
+    state = diagnosed.state if held_out else replace(diagnosed.state, holdout=None)
     every, equal = len(state.ranked), 1.0 / len(state.ranked)
     assert every > 1
     state = replace(state, probabilities=(equal,) * every)
@@ -103,61 +168,3 @@ def test_a_stop_at_a_later_alternative_leaves_a_budget_of_the_same_runs(uneven, 
     assert calls[:2] == [state.holdout] * 2
     assert set(map(bool, calls[2:])) == {False}
     assert sum(shared.budget.effects.values()) + shared.budget.unexplained.share == pytest.approx(1.0)
-
-
-def test_what_was_simulated_of_held_out_runs_is_told_when_nothing_can_be_any_more(uneven):
-    """Points that memory does not hold would have to be simulated again, after the processes have ended."""
-    forgetful = replace(DEFAULT, numerics=replace(DEFAULT.numerics, kept=0.0))
-    assert document(diagnose(read(uneven), processes=1, settings=forgetful))["budget"]["held_out"].startswith("runs")
-
-
-def test_a_set_that_the_held_out_runs_cannot_be_simulated_with_is_not_reported(uneven, monkeypatch):
-    simulated = HoldoutRuns._simulated_residual
-
-    def without_effects(self, fit, training):
-        if any(x.kind != "base" for x in fit.parameters):
-            raise SimulationError("the held-out runs cannot be simulated")
-        return simulated(self, fit, training)
-
-    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", without_effects)
-    d = diagnose(read(uneven), processes=1)
-    assert not d.state.reported.hypothesis.candidates
-    assert any("cubic_spring" in w and "cannot be simulated" in w for w in d.state.warnings)
-    assert document(d)["budget"]["held_out"].startswith("runs")
-
-
-def test_where_calibration_makes_the_held_out_runs_impossible_the_others_serve(uneven, monkeypatch):
-    def never(self, fit, training):
-        raise SimulationError("the held-out runs cannot be simulated")
-
-    monkeypatch.setattr(HoldoutRuns, "_simulated_residual", never)
-    d = diagnose(read(uneven), processes=1)
-    assert document(d)["budget"]["held_out"].startswith("stretches")
-    assert any("cannot be simulated" in w for w in d.state.warnings)
-
-
-def test_a_stop_while_the_gap_is_shared_out_without_held_out_runs(uneven, monkeypatch):
-    state = replace(diagnose(read(uneven), processes=1).state, holdout=None)
-    residuals, calls = probabilities._residuals, []
-
-    def stopped_at_the_first(*arguments):
-        calls.append(arguments)
-        if len(calls) == 1:
-            raise StopRequested
-        return residuals(*arguments)
-
-    monkeypatch.setattr(probabilities, "_residuals", stopped_at_the_first)
-    assert probabilities.share_gap(state).budget is not None
-    assert len(calls) > 1
-
-
-def test_a_set_of_which_a_part_cannot_be_simulated_is_reported_all_the_same(uneven, monkeypatch):
-    state = diagnose(read(uneven), processes=1).state
-
-    def never(*arguments):
-        raise SimulationError("the held-out runs cannot be simulated")
-
-    monkeypatch.setattr(probabilities, "_residuals", never)
-    shared = probabilities.share_gap(state)
-    assert shared.reported is state.reported
-    assert any("is not shared out" in w for w in shared.warnings)
