@@ -10,6 +10,14 @@ from ..hydraulics_fmu.own_supply import in_vain, passed_over
 from ..hydraulics_fmu.variables import HYDRAULICS
 from .slave import Slave
 
+UNUSED = (
+    (in_vain, "supply.from_outside is true, so this does nothing: ",
+     "; what gives P_s and P_r has such parameters of its own"),
+    (passed_over, "with effect.umbilical_supply or effect.pump_dynamics the supply has no override and no filter "
+     "before the valve, so this does nothing there: ", ""),
+)  # fmt: skip
+"""What finds parameters that are set and do nothing, and what is told before and behind their names."""
+
 
 class DeepseaHydraulics(Slave):
     """x_h and x_ref are taken at the start of a step: x_h moves on with v_h, x_ref with the slope of its last change.
@@ -24,8 +32,7 @@ class DeepseaHydraulics(Slave):
         super().__init__(**kwargs)
         self.description = "Deep-sea valve-controlled hydraulic cylinder: oil, lines, servo valve, compensator, PID"
         self.warned_of: float | None = None
-        self.told_in_vain: tuple[str, ...] = ()
-        self.told_passed_over: tuple[str, ...] = ()
+        self.told_unused: dict[Any, tuple[str, ...]] = {}
         self.told_unfed = False
 
     def build(self, parameters: dict[str, float]) -> None:
@@ -49,20 +56,11 @@ class DeepseaHydraulics(Slave):
                 f"supply.from_outside is false, so what {' and '.join(fed)} are given is not used: pump, relief valve "
                 "and tank are the circuit's own"
             )
-        unused = in_vain(parameters)
-        if unused and unused != self.told_in_vain:
-            self.warn(
-                f"supply.from_outside is true, so this does nothing: {', '.join(unused)}; what gives P_s and P_r has "
-                "such parameters of its own"
-            )
-        self.told_in_vain = unused
-        left = passed_over(parameters)
-        if left and left != self.told_passed_over:
-            self.warn(
-                "with effect.umbilical_supply or effect.pump_dynamics the supply has no override and no filter before "
-                f"the valve, so this does nothing there: {', '.join(left)}"
-            )
-        self.told_passed_over = left
+        for find, before, behind in UNUSED:
+            names = find(parameters)
+            if names and names != self.told_unused.get(find):
+                self.warn(before + ", ".join(names) + behind)
+            self.told_unused[find] = names
 
     def heed(self, code: int, t: float, h: float) -> bool:
         if code == stepping.NOT_FOLLOWED:

@@ -101,19 +101,18 @@ def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(
     as the first of these sees it."""
     effects: dict[str, float] = {}
     excess_left = unexplained = 0.0
-    calibrated: float | None = None
+    gaps: list[float] = []
     for a in alternatives:
         energies = {s: np.array([float(r[mask] @ r[mask])]) for s, r in a.residuals.items()}
         count = np.array([float(len(a.residuals[frozenset()][mask]))])
         game = _game(a, energies, count)
         shares, unexplained_share = _shares(game)
-        gap = float(game.gap[0])
-        calibrated = gap if calibrated is None else calibrated
+        gaps.append(float(game.gap[0]))
         unexplained += a.probability * float(unexplained_share[0])
-        excess_left += a.probability * (gap - float(game.worth[a.labels][0]))
+        excess_left += a.probability * (gaps[-1] - float(game.worth[a.labels][0]))
         for label, share in shares.items():
             effects[label] = effects.get(label, 0.0) + a.probability * float(share[0])
-    return Split(float(np.sqrt(1.0 + (calibrated or 0.0))), float(np.sqrt(1.0 + excess_left)), effects, unexplained)
+    return Split(float(np.sqrt(1.0 + gaps[0])), float(np.sqrt(1.0 + excess_left)), effects, unexplained)
 
 
 def budget(

@@ -198,10 +198,7 @@ class Observations:
 
     def is_constant(self, channel: int, share: float) -> bool:
         """Whether a channel's readings differ by a share of the largest at most; moments alone say nothing of that."""
-        read = [self.y[b.place] for b in self.series if b.channel == channel]
-        if not read:
-            return False
-        return bool(max(y.max() for y in read) - min(y.min() for y in read) <= share * self.level[channel])
+        return bool(0.0 < self.span[channel] <= max(1e-300, share * self.level[channel]))
 
     def of_run(self, run: int) -> dict[str, Block]:
         """The time series of a run by connector."""

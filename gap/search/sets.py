@@ -102,8 +102,8 @@ class ProjectedBank(Projection):
         self.D = np.zeros((len(bank.responses), len(self.r)))
         for row, x in zip(self.D, bank.responses, strict=True):
             np.multiply(self.scale, x.change, out=row[: self.row_count])
-        rest = self.D - (self.D @ self.Q) @ self.Q.T
-        self.gram, self.rhs = rest @ rest.T, rest @ self.residual
+        rest = self.without(self.D.T)
+        self.gram, self.rhs = rest.T @ rest, rest.T @ self.residual
         self.energy = float(self.residual @ self.residual)
         is_removal = np.array([x.is_removal for x in bank.responses], dtype=bool)
         self.low, self.high = _reach(bank.responses, self.settings)

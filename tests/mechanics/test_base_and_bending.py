@@ -36,16 +36,20 @@ def test_a_base_at_rest_changes_nothing():
     assert (plain.out == other.out).all()
 
 
-@pytest.mark.parametrize("pitch", [-0.4, 0.1, 0.5])
-def test_a_pitched_base_is_the_same_arm_turned(pitch):
-    """In still water: beam and base hinge turned about the pivot by the pitch. With a current likewise."""
+def turned(pitch):
+    """Parameters of the arm with beam and base hinge turned about the pivot."""
     x, y = ARM["base_x"].start, ARM["base_y"].start
-    turned = {
+    return {
         "theta0": THETA + pitch,
         "base_x": x * np.cos(pitch) - y * np.sin(pitch), "base_y": x * np.sin(pitch) + y * np.cos(pitch),
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("pitch", [-0.4, 0.1, 0.5])
+def test_a_pitched_base_is_the_same_arm_turned(pitch):
+    """In still water: beam and base hinge turned about the pivot by the pitch. With a current likewise."""
     for sea in ({**DRY, **STILL}, STILL, {}):
-        other = Arm(ARM.parameters({**sea, **turned}))
+        other = Arm(ARM.parameters({**sea, **turned(pitch)}))
         assert holding(moved(sea, pitch=pitch)) == pytest.approx(other.F_hold, rel=2e-3)
 
 
@@ -216,13 +220,8 @@ def test_a_bending_beam_whose_load_does_not_hang_at_its_end(along):
 @pytest.mark.parametrize("pitch", [-0.4, 0.5])
 def test_buoyancy_stays_upright_on_a_pitched_base(pitch):
     """In still water all is the arm turned, that force and the outer rod's buoyancy, too."""
-    x, y = ARM["base_x"].start, ARM["base_y"].start
-    turned = {
-        "theta0": THETA + pitch,
-        "base_x": x * np.cos(pitch) - y * np.sin(pitch), "base_y": x * np.sin(pitch) + y * np.cos(pitch),
-    }  # fmt: skip
     lifted = {**STILL, "effect.buoyancy_error.force": 300.0, "rod_diameter": 0.1}
-    assert holding(moved(lifted, pitch=pitch)) == pytest.approx(Arm(ARM.parameters({**lifted, **turned})).F_hold)
+    assert holding(moved(lifted, pitch=pitch)) == pytest.approx(Arm(ARM.parameters({**lifted, **turned(pitch)})).F_hold)
 
 
 def test_a_base_that_stays_turned_is_restored():
