@@ -93,16 +93,10 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def toys(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the toy FMUs of tests/toys, made with plain pythonfmu."""
-    import subprocess
-    import sys
+    """A folder with the toy FMUs of tests/toys."""
+    from .toys import build
 
-    def make(folder: Path) -> None:
-        for script in sorted((Path(__file__).parent / "toys").glob("toy_*.py")):
-            command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
-            subprocess.run(command, check=True, capture_output=True, cwd=folder)
-
-    return made_once(tmp_path_factory, "toys", make)
+    return made_once(tmp_path_factory, "toys", build)
 
 
 @pytest.fixture(scope="session")

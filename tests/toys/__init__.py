@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import zipfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from benchmarks import native
+
+HERE = Path(__file__).parent
+
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+
+
+def build(folder: Path) -> None:
+    """Every toy into a folder; the oscillator, which diagnoses simulate by the thousand, in C where that can be."""
+    for script in sorted(HERE.glob("toy_*.py")):
+        command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", str(folder)]
+        subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    if native.compiler and sys.platform == "linux":
+        plain = (folder / "Oscillator.fmu").rename(folder / "PythonOscillator.fmu")
+        in_c(plain, HERE / "oscillator.c", folder / "Oscillator.fmu")
+
+
+def in_c(plain: Path, source: Path, target: Path) -> None:
+    """An FMU of pythonfmu with a library compiled from C in place of Python."""
+    with zipfile.ZipFile(plain) as archive:
+        description = archive.read("modelDescription.xml").decode()
+    built = native.compiled(source, 2, target.with_suffix(".so"), "-ffp-contract=off")
+    with zipfile.ZipFile(target, "w") as archive:
+        archive.writestr("modelDescription.xml", description.replace(' needsExecutionTool="true"', ""))
+        archive.write(built, f"{native.BINARIES[2]}/{target.stem}.so")
+    built.unlink()
 
 
 def package(
