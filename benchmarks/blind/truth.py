@@ -44,9 +44,13 @@ def subsets(count: int) -> list[Subset]:
 def shapley(left: Mapping[Subset, float], count: int) -> list[float]:
     """Share of each of `count` effects, from the RMS that is left with each subset; with all of them nothing is.
 
-    Shares add up to 1; one that hides another's work may be negative.
+    Shares add up to 1. As in the budget of a diagnosis no subset counts as worse than none at all, nor as better than
+    one that contains it: what one effect hides of another's work is nobody's share.
     """
-    power = {s: left[s] ** 2 for s in subsets(count)} | {tuple(range(count)): 0.0}
+    power = {tuple(range(count)): 0.0}
+    for s in reversed(subsets(count)):
+        above = [power[tuple(sorted((*s, i)))] for i in range(count) if i not in s]
+        power[s] = max(min(left[s], left[()]) ** 2, *above)
     shares = []
     for i in range(count):
         total = 0.0

@@ -117,23 +117,21 @@ def split(alternatives: Sequence[Alternative], mask: np.ndarray | slice = slice(
 
 def budget(
     observations: Observations, alternatives: Sequence[Alternative], groups: Mapping[str, str],
-    settings: BootstrapSettings, form_error: float = 0.0,
+    settings: BootstrapSettings,
 ) -> Budget:  # fmt: skip
-    """The budget on all readings; groups: of each effect by its label; form_error: share of what calibration leaves
-    (rms) that right effects miss or take up because the machine has them in another form."""
+    """The budget on all readings; groups: of each effect by its label."""
     whole = split(alternatives)
     draws = _draws(observations, alternatives[0].residuals[frozenset()], settings)
     rng = np.random.default_rng(settings.seed)
-    drawn = [_drawn_shares(observations, a, draws, settings, form_error, rng) for a in alternatives]
+    drawn = [_drawn_shares(observations, a, draws, settings, rng) for a in alternatives]
     probability = np.array([a.probability for a in alternatives])
     parts = {}
     for group in dict.fromkeys(groups[label] for label in whole.effects):
         members = {label for label in whole.effects if groups[label] == group}
         share = sum(whole.effects[label] for label in sorted(members))
-        has_group = np.array([bool(members & a.labels) for a in alternatives])
         samples = np.stack([sum((d.effects[x] for x in sorted(members & a.labels)), np.zeros(len(draws)))
                             for d, a in zip(drawn, alternatives, strict=True)])  # fmt: skip
-        parts[group] = Part(share, _interval(_mixed(samples, probability * has_group, rng), share))
+        parts[group] = Part(share, _interval(_mixed(samples, probability, rng), share))
     unexplained_draws = np.stack([d.unexplained for d in drawn])
     unexplained = Part(whole.unexplained, _interval(_mixed(unexplained_draws, probability, rng), whole.unexplained))
     return Budget(whole.calibrated, whole.explained, whole.effects, parts, unexplained)
@@ -160,7 +158,7 @@ def _draws(observations: Observations, residual: np.ndarray, settings: Bootstrap
 
 
 def _drawn_shares(
-    observations: Observations, a: Alternative, draws: np.ndarray, settings: BootstrapSettings, form_error: float,
+    observations: Observations, a: Alternative, draws: np.ndarray, settings: BootstrapSettings,
     rng: np.random.Generator,
 ) -> _Drawn:  # fmt: skip
     place = observations.stretches(settings.bin)
@@ -169,14 +167,14 @@ def _drawn_shares(
     level = np.sqrt(_excess(energies[frozenset()] / count))
     for s in sorted(energies, key=sorted):  # in the same order in every process, for hashes are not
         if s:
-            left = np.sqrt(_excess(energies[s] / count)) + form_error * level * rng.normal(size=len(draws))
+            left = np.sqrt(_excess(energies[s] / count)) + settings.form * level * rng.normal(size=len(draws))
             energies[s] = count * (1.0 + np.maximum(left, 0.0) ** 2)
     return _Drawn(*_shares(_game(a, energies, count)))
 
 
 def _mixed(samples: np.ndarray, weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """One alternative for each draw: samples (alternatives, draws), weight (alternatives,)."""
-    chosen = rng.choice(len(weight), samples.shape[1], p=weight / weight.sum())
+    chosen = rng.choice(len(weight), samples.shape[1], p=weight)
     return np.asarray(samples[chosen, np.arange(samples.shape[1])])
 
 

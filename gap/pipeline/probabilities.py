@@ -74,10 +74,7 @@ def share_gap(state: State) -> State:
     total = sum(a.probability for a in alternatives)
     alternatives = [replace(a, probability=a.probability / total) for a in alternatives]
     groups = {c.label: c.group for c in state.problem.candidates}
-    form_error = ProbabilityCalibration.load().form_error
-    gap_budget = budget(
-        state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap, form_error
-    )
+    gap_budget = budget(state.scoring.observations, alternatives, groups, state.problem.settings.bootstrap)
     return replace(state, alternatives=tuple(alternatives), budget=gap_budget)
 
 

@@ -97,6 +97,9 @@ class BootstrapSettings:
     """Of the random numbers."""
     fewest: int = 10
     """Stretches up to which their memory is not estimated: with fewer than 8 that even fails."""
+    form: float = 0.15
+    """What each set of effects may leave more or less in the form that the machine has, as a share of what calibration
+    leaves (rms)."""
 
 
 @dataclass(frozen=True, kw_only=True)

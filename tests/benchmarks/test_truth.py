@@ -42,8 +42,10 @@ def test_shares_add_up_to_one_even_where_an_effect_hides_another():
     shares = shapley(left, 3)
     assert sum(shares) == pytest.approx(1.0)
     # effect 1 by its place in the six orders: first twice, after 0, after 2, last twice
-    gain = (2 * (4 - 1) + (9 - 0.25) + (4 - 0) + 2 * 6.25) / 6 / 4
+    gain = (2 * (4 - 1) + (4 - 0.25) + (4 - 0) + 2 * 4) / 6 / 4
     assert shares[1] == pytest.approx(gain)
+    assert min(shares) >= 0.0
+    assert shapley({(): 2.0, (0,): 3.0, (1,): 0.0}, 2) == [0.0, 1.0]
 
 
 def test_nothing_wrong_has_no_budget():

@@ -80,7 +80,8 @@ def _budget(answer: dict[str, Any]) -> tuple[list[float | None], float | None]:
     """
     entries, budget = answer["effects"], answer.get("budget")
     if budget:
-        return budget["shares"], sqrt(max(budget["calibrated"] ** 2 - 1.0, 0.0))
+        shares = [min(max(s, 0.0), 1.0) for s in budget["shares"]]  # of old records: `truth.shapley` keeps to that
+        return shares, sqrt(max(budget["calibrated"] ** 2 - 1.0, 0.0))
     if len(entries) < 2:
         return [1.0] * len(entries), float(answer["size"])
     if all("size_net" in e for e in entries):

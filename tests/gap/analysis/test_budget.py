@@ -7,7 +7,7 @@ from deepsea_cosim.gap.problem.observations import RawBlock, gather
 from deepsea_cosim.gap.settings import BootstrapSettings
 
 T = np.arange(4000) / 100.0
-SETTINGS = BootstrapSettings()
+SETTINGS = BootstrapSettings(form=0.0)
 GROUPS = {"a": "first", "b": "second", "c": "second"}
 ONE = gather([RawBlock(0, 0, "m.x", T, np.zeros(len(T)), 1.0, None, True)])
 TWO = gather([RawBlock(0, k, f"m.{k}", T, np.zeros(len(T)), 1.0, None, True) for k in range(2)])
@@ -136,7 +136,7 @@ def test_intervals_allow_for_the_form_that_effects_have_in_the_machine():
     """What either effect of a pair leaves without the other, and what both leave, is uncertain by 4 % of the gap (rms);
     what is left of a single effect may be its form."""
     pair = [alternative(PAIR)]
-    exact, wide = budget(ONE, pair, GROUPS, SETTINGS), budget(ONE, pair, GROUPS, SETTINGS, form_error=0.04)
+    exact, wide = (budget(ONE, pair, GROUPS, BootstrapSettings(form=form)) for form in (0.0, 0.04))
     assert {g: p.share for g, p in wide.groups.items()} == {g: p.share for g, p in exact.groups.items()}
     spread = {s: 2.0 * PAIR[s] ** 0.5 * 0.04 * PAIR[""] ** 0.5 / PAIR[""] for s in ("a", "b", "ab")}
     half = 1.96 * spread["ab"]
@@ -144,9 +144,18 @@ def test_intervals_allow_for_the_form_that_effects_have_in_the_machine():
     half = 1.96 * 0.5 * sum(x**2 for x in spread.values()) ** 0.5
     assert wide.groups["first"].ci95 == pytest.approx((0.6 - half, 0.6 + half), abs=0.2 * half)
     form = 0.05**2 * 10.0
-    single = budget(ONE, [alternative({"": 10.0, "a": form})], GROUPS, SETTINGS, form_error=0.04)
+    single = budget(ONE, [alternative({"": 10.0, "a": form})], GROUPS, BootstrapSettings(form=0.04))
     assert single.groups["first"].ci95[1] == 1.0
     assert single.groups["first"].ci95[0] > 0.98
+
+
+@pytest.mark.parametrize(("probability", "least"), [(0.9, 0.0), (0.99, 0.6)])
+def test_an_effect_that_a_plausible_set_goes_without_may_have_no_share(probability, least):
+    """The share is the average over the sets, those without the effect too, and so is its interval."""
+    sets = [alternative(PAIR, probability), alternative({"": 10.0, "c": 5.0}, 1.0 - probability)]
+    found = budget(ONE, sets, GROUPS, SETTINGS).groups["first"]
+    assert found.share == pytest.approx(0.6 * probability)
+    assert found.ci95 == pytest.approx((min(least, found.share), 0.6))
 
 
 def test_the_same_data_give_the_same_intervals():
