@@ -96,7 +96,8 @@ class Trial:
 
     def _go(self, line: list[str], more: dict[str, str] | None = None, limit: Callable[[], None] | None = None
             ) -> subprocess.Popen[str]:  # fmt: skip
-        environment = {**os.environ, "TMPDIR": str(self._temp), "OMP_NUM_THREADS": "1", **(more or {})}
+        own = {"TMPDIR": str(self._temp), "OMP_NUM_THREADS": "1", **dict(self.command.environment)}
+        environment = {**os.environ, **own, **(more or {})}
         return subprocess.Popen(line, cwd=self._work, env=environment, stdout=subprocess.DEVNULL,
                                 stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True,
                                 preexec_fn=limit)  # fmt: skip
