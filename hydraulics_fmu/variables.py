@@ -58,7 +58,7 @@ EFFECTS = (
     _effect("valve_hysteresis.width", 0.0, "1", 0.0, 0.5, "play of the spool from side to side, share of the stroke"),
     _effect("silt_lock.force", 0.0, "1", 0.0, 0.5, "command that a rested spool takes to move, share of the stroke"),
     _effect("silt_lock.time", 10.0, "s", 0.1, 1e4, "time in which it silts up"),
-    _effect("valve_leakage.c", 0.0, "m3/(s.Pa)", 0.0, 1e-9, "laminar leakage of each land"),
+    _effect("valve_leakage.c", 0.0, "m3/(s.Pa)", 0.0, 1e-8, "laminar leakage of each land"),
     *(_effect(f"valve_leakage.{land}", 1.0, "1", 0.0, 10.0, f"leakage of the land {text}, as a share of that")
       for land, text in (("pa", "p-a"), ("at", "a-t"), ("pb", "p-b"), ("bt", "b-t"))),
     _effect("valve_leakage.turbulent", 0.0, "1", 0.0, 1.0, "share of the leakage that is turbulent, at 10 MPa"),
