@@ -24,7 +24,7 @@ def test_in_c_it_is_what_it_is_in_python(change, toys, tmp_path):
     made = []
     for name in ("PythonOscillator", "Oscillator"):
         with Session(package(tmp_path / f"{name}.ssp", {"o": toys / f"{name}.fmu"})) as session:
-            changes = {f"o.{name}": value for name, value in CHANGES[change].items()}
+            changes = {f"o.{parameter}": value for parameter, value in CHANGES[change].items()}
             for step in (0.02, 4e-3):
                 made.append(session.run(["o.x", "o.v"], STOP, step, changes, {"o.u": (t, pushed(t, 1))})[1])
     assert np.ptp(made[0], axis=0).min() > 0.01

@@ -30,14 +30,13 @@ def _in_c(fmu: Path, source: Path, kept: Path) -> None:
 
     if native.compiler is None:
         return
-    plain, target = fmu.rename(kept), fmu
-    with zipfile.ZipFile(plain) as archive:
+    library = native.compiled(source, 2, fmu.with_suffix(".so"), "-ffp-contract=off")
+    with zipfile.ZipFile(fmu.rename(kept)) as archive:
         description = archive.read("modelDescription.xml").decode()
-    built = native.compiled(source, 2, target.with_suffix(".so"), "-ffp-contract=off")
-    with zipfile.ZipFile(target, "w") as archive:
+    with zipfile.ZipFile(fmu, "w") as archive:
         archive.writestr("modelDescription.xml", description.replace(' needsExecutionTool="true"', ""))
-        archive.write(built, f"{native.BINARIES[2]}/{target.stem}.so")
-    built.unlink()
+        archive.write(library, f"{native.BINARIES[2]}/{library.name}")
+    library.unlink()
 
 
 def package(

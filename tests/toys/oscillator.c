@@ -1,6 +1,6 @@
-/* What toy_oscillator.py computes, for FMI 2.0 without any header: some thirty times as fast, for the diagnoses of the
-   tests simulate it ten thousands of times. The operations are in the order of the Python code, so that both give the
-   same numbers (test_oscillator.py). Value references are places in `Model.at`. */
+/* What toy_oscillator.py computes, for FMI 2.0 without any header: a run takes 0.9 ms with all around it instead of 7.9,
+   and the diagnoses of the tests make tens of thousands of them. The operations are in the order of the Python code, so
+   that both give the same numbers (test_oscillator.py). Value references are places in `Model.at`. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
