@@ -20,8 +20,7 @@ PACKAGES = ("core", "hydraulics_fmu", "mechanics", "fmus", "study")
 
 LONGEST = (
     "gap/test_diagnose.py", "master/test_isolation.py", "study/sweep/test_sweep.py", "fmus/test_portable.py",
-    "study/paper/test_paper.py", "gap/test_accepted.py", "api/test_notebooks.py",
-    "gap/test_swinging.py", "gap/test_effect_forms.py", "gap/test_free_curves.py",
+    "study/paper/test_paper.py", "master/test_foreign.py", "master/test_resume.py",
 )  # fmt: skip
 """Files of more than forty seconds; those first that need none of our FMUs, which one worker makes meanwhile."""
 
