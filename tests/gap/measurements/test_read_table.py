@@ -198,7 +198,30 @@ def test_tdms(tmp_path):
     assert table.first_stamp == datetime(2024, 5, 31, 10)
     with nptdms.TdmsWriter(tmp_path / "b.tdms") as writer:
         writer.write_segment([nptdms.ChannelObject("g", "time", T), nptdms.ChannelObject("g", "x", X)])
-    assert np.array_equal(read_table(tmp_path / "b.tdms").columns["x"].time, T)
+    table = read_table(tmp_path / "b.tdms")
+    assert np.array_equal(table.columns["x"].time, T)
+    assert table.time_unit is None
+
+
+def test_tdms_with_times_in_several_units(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+
+    def written(stated):
+        with nptdms.TdmsWriter(tmp_path / "a.tdms") as writer:
+            of_time = {"unit_string": stated} if stated else {}
+            writer.write_segment([
+                nptdms.ChannelObject("g", "time", 1e3 * T, of_time), nptdms.ChannelObject("g", "x", X),
+                nptdms.ChannelObject("h", "y", X, {"wf_increment": 0.25}),
+            ])  # fmt: skip
+        return tmp_path / "a.tdms"
+
+    table = read_table(written("ms"))
+    assert table.time_unit == "s"
+    assert np.allclose(table.columns["x"].time, T)
+    assert np.array_equal(table.columns["y"].time, T)
+    for stated, told in (("", "in no unit that is told"), ("bar", "in 'bar'")):
+        with pytest.raises(MeasurementError, match=rf"a\.tdms: the times of 'x' are {told}, .*: state the unit"):
+            read_table(written(stated))
 
 
 def test_mdf4(tmp_path):
