@@ -14,6 +14,7 @@ from ...core.unit_names import named
 from ...core.units import convert, unit
 from ..measurements.clock import clock_jitter, jitters
 from ..measurements.faulty_readings import find_faulty_readings
+from ..measurements.missing_marks import is_mark, repeated_mark
 from ..measurements.read_table import read_table
 from ..measurements.table import Column, FloatArray, MeasurementError, MeasurementTable, TextFormat, TimeStamp
 from ..measurements.time_stamps import comparable, from_toml, seconds_between
@@ -134,7 +135,9 @@ def _model_time(table: MeasurementTable, raw: FloatArray, form: FileFormat, warn
     if (np.diff(seconds) <= 0).any():
         k = int(np.argmax(np.diff(seconds) <= 0)) + 1
         before, after = seconds[k - 1], seconds[k]
-        raise CampaignError(f"{table.place(k)}: time does not increase ({before:g} s, then {after:g} s)")
+        remedy = "sort the rows" if after < before else "leave out the row, or write time with more digits"
+        shown = f"{before:.15g} s, then {after:.15g} s"
+        raise CampaignError(f"{table.place(k)}: time does not increase ({shown}); {remedy}")
     seconds = seconds - _start_in_file(table, seconds, form, warnings)
     _check_start(table, seconds, form, warnings)
     from_start = seconds[seconds >= 0.0]
@@ -267,15 +270,16 @@ def _check_input(path: Path, channel: Channel, time: FloatArray, measured: Float
 
 
 def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, warnings: list[str]) -> Series:
-    """The series without readings that a sensor got wrong; marks for missing values are left to the checks."""
+    """The series without readings that a sensor got wrong; single marks for missing values are left to the checks."""
     faults = find_faulty_readings(series, DEFAULT.faults)
     cleaned = dict(series)
     for channel in channels:
         if channel.connector not in series or channel.keep_faulty:
             continue
         t, values = series[channel.connector]
-        read = np.abs(np.round(convert(values, si(channel.unit), channel.unit) / channel.scale, 6))
-        kinds = faults[channel.connector].without(np.isin(read, DEFAULT.sanity.missing_marks))
+        read = convert(values, si(channel.unit), channel.unit) / channel.scale
+        _check_marks(path, channel, t, read)
+        kinds = faults[channel.connector].without(is_mark(read, DEFAULT.sanity.missing_marks))
         faulty = kinds.any
         if not faulty.any() or (~faulty).sum() < FILE_LIMITS.min_samples:
             continue
@@ -288,22 +292,48 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
     return cleaned
 
 
+def _check_marks(path: Path, channel: Channel, t: FloatArray, read: FloatArray) -> None:
+    """Readings of an output as the file has them hold no mark for missing values."""
+    settings = DEFAULT.sanity
+    mark = repeated_mark(read, settings.missing_marks, settings.repeated_marks, settings.marks_away)
+    if channel.role == "output" and mark is not None:
+        marked = np.round(read, 6) == round(mark, 6)
+        rest = read[~marked]
+        raise CampaignError(
+            f"{path}: '{channel.column}': {marked.sum()} readings are {mark:g} {channel.unit}, the first at "
+            f"{t[int(np.argmax(marked))]:g} s, and all others {rest.min():.4g} to {rest.max():.4g} {channel.unit}; "
+            'leave empty what was not measured, or say faulty_readings = "keep" in the channel'
+        )
+
+
 def _check_noise(path: Path, channel: Channel, times: FloatArray, values: FloatArray) -> None:
     """A stated noise, scatter or jitter has to be one that such readings can have."""
     span, noise = float(np.ptp(values)), channel.noise_std
     factor, where = unit(channel.unit).factor, f"{path}: '{channel.column}'"
-    if channel.clock_jitter is not None and channel.clock_jitter > float(np.ptp(times)):
-        raise CampaignError(f"{where}: clock_jitter = {channel.clock_jitter:g} s is longer than the run")
+    interval = float(np.median(np.diff(times)))
+    if channel.clock_jitter is not None and channel.clock_jitter > FILE_LIMITS.most_jitter * interval:
+        raise CampaignError(
+            f"{where}: clock_jitter = {channel.clock_jitter:g} s is {channel.clock_jitter / interval:.3g} sample "
+            "intervals; it is in seconds"
+        )
     if channel.role == "input" or span == 0.0:
         return
-    if channel.model_form_scatter is not None and channel.model_form_scatter > FILE_LIMITS.coarsest_noise * span:
+    if channel.model_form_scatter is not None and channel.model_form_scatter > FILE_LIMITS.coarsest_scatter * span:
         scatter = f"model_form_scatter = {channel.model_form_scatter / factor:g} {channel.unit}"
         raise CampaignError(f"{where} moves by {span / factor:.3g} {channel.unit} in all; {scatter} would hide it")
     if noise is None:
         return
     shown = f"{noise / factor:g} {channel.unit}"
-    if noise < FILE_LIMITS.finest_noise * max(span, float(np.abs(values).max())):
+    k, usual = int(np.argmax(np.abs(values))), float(np.percentile(np.abs(values), 98.0))
+    largest, finest = float(np.abs(values[k])), FILE_LIMITS.finest_noise
+    if noise < finest * max(usual, largest) and largest < FILE_LIMITS.far_reading * usual:
         raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
+    if noise < finest * largest:
+        bad, most = (float(convert(np.array([x]), si(channel.unit), channel.unit)[0]) for x in (values[k], usual))
+        raise CampaignError(
+            f"{where}: {bad:.6g} {channel.unit} at {times[k]:g} s is impossible where nearly all others are within "
+            f"{most:.4g} {channel.unit}; leave empty what was not measured"
+        )
     if noise > FILE_LIMITS.coarsest_noise * span:
         raise CampaignError(
             f"{where} moves by {span / factor:.3g} {channel.unit} in all, and noise_std is stated as {shown}: in which "

@@ -14,6 +14,7 @@ import numpy as np
 from ...core.units import convert, unit
 from ...master.parallel.pool import Failure, Job
 from ..campaign.campaign import CampaignError, Channel
+from ..measurements.missing_marks import is_mark
 from ..problem.noise import rms
 from ..problem.observations import Block
 from ..problem.problem import Problem
@@ -41,7 +42,7 @@ def _check_marks(problem: Problem, _: np.ndarray) -> list[str]:
                 continue
             t, x = conditions.inputs[c.connector]
             read = convert(x, problem.units[c.connector], c.unit) / c.scale
-            marked = np.isin(np.abs(np.round(read, 6)), settings.missing_marks)
+            marked = is_mark(read, settings.missing_marks)
             rest = read[~marked]
             if (
                 not marked.any()

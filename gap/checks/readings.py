@@ -26,7 +26,10 @@ def check_readings(problem: Problem, nominal: np.ndarray) -> list[Finding]:
         grid, model = problem.grid(b.run, problem.macro_step), rows[b.run][:, problem.connectors.index(b.connector)]
         found += [Finding(run.name, channel.column, text) for text in _averaged(t, y)]
         at = np.interp(t, grid, model)
-        texts = (_clipped(y, at), _slow(t, grid, model), _noisier(problem, channel, t, y, at))
+        texts = (
+            _clipped(y, at), _slow(t, grid, model), _noisier(problem, channel, t, y, at), _held(t, y),
+            _jump(channel, problem.units[channel.connector], t, y, at),
+        )  # fmt: skip
         found += [Finding(run.name, channel.column, text) for text in texts if text is not None]
     return [*found, *_below_noise(problem, nominal)]
 
@@ -39,6 +42,8 @@ def _in_fmu_unit(problem: Problem, channel: Channel, y: np.ndarray) -> np.ndarra
 def _clipped(y: np.ndarray, model: np.ndarray) -> str | None:
     """Where readings stand at their highest or lowest value and the model goes on."""
     span = float(np.ptp(y))
+    if span == 0.0:  # a dead sensor, which is told by its shape
+        return None
     for end, beyond, word in ((y.max(), model - y.max(), "highest"), (y.min(), y.min() - model, "lowest")):
         at_end = y == end
         if at_end.mean() < CHECKS.clipped_share or _longest(at_end) < CHECKS.clipped_samples:
@@ -47,6 +52,43 @@ def _clipped(y: np.ndarray, model: np.ndarray) -> str | None:
             share = at_end.mean()
             return f"{share:.0%} of its readings are at its {word} value, where the model goes on: is it clipped?"
     return None
+
+
+def _held(t: np.ndarray, y: np.ndarray) -> str | None:
+    """Where each reading is repeated so many times, as a logger does that is faster than its sensor."""
+    lengths = np.diff(np.flatnonzero(np.diff(y) != 0.0))
+    if len(lengths) < CHECKS.held_values:
+        return None
+    usual = float(np.median(lengths))
+    if usual < CHECKS.held_rows or np.mean(np.abs(lengths - usual) <= 1.0) < CHECKS.held_share:
+        return None
+    apart = usual * float(np.median(np.diff(t)))
+    return (
+        f"it is new in every {usual:.0f}th row only, {apart:.3g} s apart, and repeated between: leave those rows "
+        "empty, for a repeated reading is late"
+    )
+
+
+def _jump(channel: Channel, of_fmu: str, t: np.ndarray, y: np.ndarray, model: np.ndarray) -> str | None:
+    """Where readings are suddenly elsewhere, and neither they nor the model come near such a step otherwise."""
+    apart = np.diff(t)
+    steps = np.where(apart < CHECKS.hole * np.median(apart), np.abs(np.diff(y)), 0.0)
+    k = int(np.argmax(steps))
+    others = np.delete(steps, np.arange(max(k - 1, 0), min(k + 2, len(steps))))
+    if not len(others) or not np.any(others):
+        return None
+    usual = max(float(np.abs(np.diff(model)).max()), float(np.percentile(others, 99.0)))
+    least = CHECKS.jump_of_span * float(np.subtract(*np.percentile(y, CHECKS.tails)))
+    if steps[k] < max(least, CHECKS.jump_over_steps * usual):
+        return None
+    after = y[k + 1 : k + 1 + CHECKS.jump_stays]
+    if np.abs(after - y[k]).min() < 0.5 * steps[k]:  # a pulse
+        return None
+    shown = steps[k] * unit(of_fmu).factor / unit(channel.unit).factor
+    return (
+        f"it jumps by {shown:.3g} {channel.unit} from one reading to the next at {t[k + 1]:.4g} s, where neither it "
+        "nor the model moves so fast otherwise: were readings lost, or was the sensor stuck before?"
+    )
 
 
 def _longest(mask: np.ndarray) -> int:

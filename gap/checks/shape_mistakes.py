@@ -8,7 +8,6 @@ from functools import cache, partial
 
 import numpy as np
 
-from ...core.units import unit
 from ..measurements.read_table import read_table
 from ..measurements.table import MeasurementError
 from ..problem.observations import Block
@@ -28,6 +27,11 @@ class Finding:
     channel: str
     text: str
 
+    @property
+    def in_one_line(self) -> str:
+        """With its place before it."""
+        return ": ".join(part for part in (self.run, self.channel, self.text) if part)
+
 
 def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] = ()) -> list[Finding]:
     """What is told of each channel in each run; nominal: the model as delivered (n,).
@@ -40,7 +44,7 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
     for b in problem.observations.series:
         name, run = problem.campaign.outputs[b.channel].column, problem.runs[b.run].name
         model = nominal[b.place]
-        if (text := _rests(b, model) or _size(b, model) or _level(problem, b, nominal)) is not None:
+        if (text := _rests(b, model) or _size(b, model)) is not None:
             if name not in known:
                 found.append(Finding(run, name, text))
             continue
@@ -48,7 +52,8 @@ def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] =
         if _is_late(b, model, alike):
             late.setdefault(b.run, []).append((name, alike.shift))
         elif alike.correlation < CHECKS.against:
-            text = f"it moves against the model (correlation {alike.correlation:.2f}); scale = -1 turns its sign"
+            whose = "its sign or that of what drives it" if problem.runs[b.run].inputs else "its sign"
+            text = f"it moves against the model (correlation {alike.correlation:.2f}); scale = -1 turns {whose}"
             found.append(Finding(run, name, text))
         elif alike.correlation < CHECKS.follows_not:
             found += [Finding(run, name, text) for text in _other_places(problem, b, columns_of)]
@@ -75,21 +80,6 @@ def _size(b: Block, model: np.ndarray) -> str | None:
     if 1.0 / CHECKS.off_size < read / modelled < CHECKS.off_size:
         return None
     return f"it moves {read / modelled:.3g} times as much as the model: is it that connector, and in that unit?"
-
-
-def _level(problem: Problem, b: Block, nominal: np.ndarray) -> str | None:
-    """What is said where readings stand farther from the model than they move, and than that does in any run."""
-    away = float(np.median(b.y) - np.median(nominal[b.place]))
-    of_channel = [nominal[x.place] for x in problem.observations.series if x.channel == b.channel]
-    moves = max(float(np.ptp(b.y)), float(np.ptp(np.concatenate(of_channel))))
-    if abs(away) < max(CHECKS.off_level * moves, CHECKS.quiet * b.noise_std):
-        return None
-    channel = problem.campaign.outputs[b.channel]
-    shown = abs(away) * unit(problem.units[b.connector]).factor / unit(channel.unit).factor
-    side = "above" if away > 0.0 else "below"
-    return (
-        f"it stands {shown:.3g} {channel.unit} {side} the model, more than it moves: is a condition of the run missing?"
-    )
 
 
 def _is_late(b: Block, model: np.ndarray, alike: Likeness) -> bool:

@@ -84,6 +84,8 @@ def _read(path: Path, file: IO[str], form: TextFormat) -> MeasurementTable:
     names = next(([cell.strip() for cell in row] for _, row in rows if row), [])
     if not any(names):
         raise MeasurementError(f"{path}: is empty")
+    if any("\0" in name for name in names):
+        raise MeasurementError(f"{path}: is not a text file in UTF-8; save it as that")
     if (duplicate := repeated([n for n in names if n])) is not None:
         raise MeasurementError(f"{path}: has two columns '{duplicate}'")
     number = NumberReader("." if delimiter == "," and form.decimal is None else form.decimal)
@@ -235,8 +237,12 @@ def _numbers(row: list[str], number: NumberReader, where: str) -> list[float]:
         values = [number(cell) for cell in row]
     except ValueError:
         bad = next(cell.strip() for cell in row if not number.is_number(cell))
+        if "\0" in bad:
+            raise MeasurementError(f"{where}: has NUL characters: damaged, or not in UTF-8; save it as that") from None
         other_mark = {".": ",", ",": "."}.get(number.decimal or "", "")
         hint = f"; the fraction begins with '{number.decimal}' in this file" if other_mark and other_mark in bad else ""
+        if bad.isalpha():
+            hint = "; leave empty what was not measured"
         raise MeasurementError(f"{where}: '{bad}' is not a number{hint}") from None
     read_cells = zip(row, values, strict=True)
     large = next((cell for cell, x in read_cells if FILE_LIMITS.largest_quantity < abs(x) < inf), None)

@@ -100,7 +100,7 @@ def _find_faults(channels: Mapping[str, _Channel], name: str, settings: FaultSet
     none = np.zeros(n, dtype=bool)
     if _mask(n, channel.glitches + channel.dropouts).mean() > settings.most:
         faulty = FaultyReadings(none, none, faulty.stuck)
-    return FaultyReadings(none, none, none) if faulty.any.mean() > 0.5 else faulty
+    return FaultyReadings(none, none, none) if faulty.any.mean() > settings.most_faulty else faulty
 
 
 def _machine_did_something(

@@ -12,8 +12,10 @@ from .table import FloatArray
 
 
 def constant_stretches(t: FloatArray, y: FloatArray, settings: FaultSettings) -> list[Stretch]:
-    """Stretches of equal readings y (n,), long enough in time [s] and samples, with others before and after."""
-    edges = np.flatnonzero(np.diff(y) != 0.0) + 1
+    """Stretches of equal readings y (n,), long enough in time [s] and samples, with others before or after."""
+    edges = np.r_[0, np.flatnonzero(np.diff(y) != 0.0) + 1, len(y)]
+    if len(edges) == 2:
+        return []
     return [
         Stretch(int(i), int(j))
         for i, j in pairwise(edges)
@@ -22,30 +24,38 @@ def constant_stretches(t: FloatArray, y: FloatArray, settings: FaultSettings) ->
 
 
 def is_stuck_in_noise(y: FloatArray, stretch: Stretch, scale: Scale, settings: FaultSettings) -> bool:
-    """Whether noise of several steps of the converter before and after is missing in the stretch.
+    """Whether noise of several steps of the converter before and after is missing in the stretch; at an end of the
+    readings on the side that there is.
 
-    A reading at either end of the channel's range is one that cannot go further, and no stuck sensor.
+    A reading at either end of the channel's range is one that cannot go further, and 0 one that is too small to be
+    told: neither is a stuck sensor.
     """
     near = settings.stuck_vicinity
     sides = (y[max(stretch.first - near, 0) : stretch.first], y[stretch.last : stretch.last + near])
     value = y[stretch.first]
     margin = 0.01 * scale.span
-    if not y.min() + margin < value < y.max() - margin:
+    if value == 0.0 or not y.min() + margin < value < y.max() - margin:
         return False
-    return scale.noise >= 2.0 * scale.resolution and all(_is_noisy(side, settings) for side in sides)
+    return all(_is_noisy(side, scale, settings) for side in sides if len(side))
 
 
-def _is_noisy(side: FloatArray, settings: FaultSettings) -> bool:
+def _is_noisy(side: FloatArray, scale: Scale, settings: FaultSettings) -> bool:
+    """Whether readings turn round often about the parabola through them, by several steps: a motion does not."""
     if len(side) < settings.stuck_vicinity // 2:
         return False
-    steps = np.diff(side)
+    x = np.linspace(-1.0, 1.0, len(side))
+    left = side - np.polyval(np.polyfit(x, side, 2), x)
+    steps = np.diff(left)
     turns = np.mean(steps[1:] * steps[:-1] < 0.0)
-    return bool(turns > settings.restless and np.mean(steps == 0.0) < settings.seldom_equal)
+    seldom_equal = np.mean(np.diff(side) == 0.0) < settings.seldom_equal
+    return bool(turns > settings.restless and seldom_equal and left.std() >= 2.0 * scale.resolution)
 
 
 def leaves_with_a_jump(y: FloatArray, stretch: Stretch, scale: Scale) -> bool:
     """Whether the first readings after the stretch are beyond the noise around its value."""
     after = y[stretch.last : stretch.last + 3]
+    if not len(after):
+        return False
     return float(np.abs(np.median(after) - y[stretch.first])) > 6.0 * scale.noise
 
 

@@ -26,6 +26,7 @@ from ..campaign.packed import campaign_at
 from ..checks.campaign_sanity import CHECKS as SANITY_CHECKS
 from ..checks.catalogue_values import check_catalogue_values
 from ..checks.readings import check_readings, gaps
+from ..checks.run_mistakes import check_runs
 from ..checks.sensor_consistency import check_sensors
 from ..checks.shape_mistakes import Finding, check_shapes
 from ..checks.time_unit import check_time
@@ -113,6 +114,7 @@ def check(campaign: Campaign) -> Checked:
         for sanity in SANITY_CHECKS:
             findings += _told(problem, partial(sanity, problem, nominal))
         findings += _told(problem, lambda: check_sensors(problem, nominal))
+        findings += check_runs(problem, nominal)
         findings += check_shapes(problem, nominal, {f.channel for f in findings})
         findings += [*check_readings(problem, nominal), *check_catalogue_values(problem)]
     findings += [Finding("", "", NOTHING_TO_FIT)] if campaign.lacks_training else []
@@ -217,20 +219,33 @@ def _lines(checked: Checked) -> list[str]:
     some = len(checked.problem.runs)
     if some < checked.runs:
         lines.append(f"{some} of {checked.runs} runs were simulated")
-    lines += ["", *_table(checked.findings), ""]
-    lines += [f"noted: {_in_one_line(f)}" for f in checked.notes[: CHECKS.longest_notes]]
+    lines += ["", *(_table(checked.findings) or _nothing_wrong(checked, rows)), ""]
+    lines += [f"noted: {f.in_one_line.partition(';')[0]}" for f in checked.notes[: CHECKS.longest_notes]]
     if len(checked.notes) > CHECKS.longest_notes:
         lines.append(f"noted: and {len(checked.notes) - CHECKS.longest_notes} more like these")
     return lines
 
 
-def _in_one_line(f: Finding) -> str:
-    return f"{f.run}{': ' if f.run else ''}{f.channel}{' ' if f.channel else ''}{f.text.partition(';')[0]}"
+def _nothing_wrong(checked: Checked, rows: list[_Row]) -> list[str]:
+    """That nothing looks wrong, and where the model as delivered misses the measurement most."""
+    worst = max(rows, key=lambda row: row.gap_over_noise, default=None)
+    if worst is None or worst.gap_over_noise <= CHECKS.below_noise:
+        return ["Nothing looks wrong."]
+    problem = checked.problem
+    series = [b for b in problem.observations.series if problem.campaign.outputs[b.channel].column == worst.channel]
+    missed = {id(b): ((b.y - checked.nominal[b.place]) / b.noise_std) ** 2 for b in series}
+    b = max(series, key=lambda b: float(missed[id(b)].sum()))
+    grown = np.cumsum(missed[id(b)])
+    begin = float(b.t[int(np.searchsorted(grown, CHECKS.gap_begins * grown[-1]))])
+    return wrap(
+        f"Nothing looks wrong. The model as delivered misses {worst.channel} most, by {worst.gap_over_noise:.3g} "
+        f"noises, and of the runs most in {problem.runs[b.run].name}, from {begin:.3g} s on.", 100,
+    )  # fmt: skip
 
 
 def _table(findings: tuple[Finding, ...]) -> list[str]:
     if not findings:
-        return ["Nothing looks wrong."]
+        return []
     shown = findings[: CHECKS.longest_texts]
     run = max([len(f.run) for f in shown] + [3])
     channel = max([len(f.channel) for f in shown] + [7])

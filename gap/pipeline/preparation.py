@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..checks.campaign_sanity import check_campaign
+from ..checks.run_mistakes import check_runs
 from ..checks.sensor_consistency import check_sensors
 from ..checks.time_unit import check_time
 from ..estimation.nuisances import nuisance_jacobian_at
@@ -29,8 +30,11 @@ def assess_steps(state: State) -> State:
 
 
 def compare_sensors(state: State) -> State:
-    """Whether sensors contradict each other; before swings are described, for that needs samples."""
-    return replace(state, warnings=(*state.warnings, *check_sensors(state.problem, state.nominal)))
+    """Whether sensors contradict each other, and runs what is said of them; before swings are described, for that
+    needs samples."""
+    mistakes = tuple(f.in_one_line for f in check_runs(state.problem, state.nominal))
+    warnings = (*state.warnings, *check_sensors(state.problem, state.nominal), *mistakes)
+    return replace(state, warnings=warnings, run_mistakes=mistakes)
 
 
 def describe_swings(state: State) -> State:

@@ -86,6 +86,8 @@ class State:
     """Macro step of exact runs that the delivered model needs [s]."""
     noise_widened: str = ""
     """What is to be said where the noise was widened beyond what is stated or estimated."""
+    run_mistakes: tuple[str, ...] = ()
+    """What betrays runs as a whole, such as the file of another run."""
     holdout: HoldoutRuns | None = None
     nuisance_jacobian: np.ndarray = field(default_factory=_empty)
     """(n, m)."""

@@ -19,7 +19,7 @@ from .numbers import NBSP, listed, multiple, percent, percents, quantity
 def headline(state: State, budget: dict[str, Any], events: list[dict[str, Any]], after: np.ndarray) -> str:
     """For people, with plain spaces, so that it can be searched; budget, events: as in diagnosis.json; after:
     normalised residual of the chosen set (n,) on the scoring data."""
-    sentences = [_physical(state, budget, events, after), _divided(state, budget), *cautions(state)]
+    sentences = [_to_settle(state), _physical(state, budget, events, after), _divided(state, budget), *cautions(state)]
     return " ".join(s for s in sentences if s).replace(NBSP, " ")
 
 
@@ -94,6 +94,15 @@ def _part(state: State, part: dict[str, Any]) -> str:
     sure = part["inclusion_probability"] >= state.problem.settings.posterior.sure
     doubt = "" if sure else f"; probably: {percent(part['inclusion_probability'])}"
     return f"{name} makes {percent(part['share'])} ({percents(part['ci95'])}{doubt})"
+
+
+def _to_settle(state: State) -> str:
+    """What has to be settled before anything else is believed."""
+    if not state.run_mistakes:
+        return ""
+    first, more = state.run_mistakes[0], len(state.run_mistakes) - 1
+    others = f" And {more} more like that, which cosim-gap check tells." if more else ""
+    return f"To be settled first: {first}{others}"
 
 
 def cautions(state: State) -> list[str]:

@@ -27,6 +27,12 @@ class FileLimits:
     """A stated noise as a share of its channel's level, below which no sensor gets."""
     coarsest_noise: float = 10.0
     """A stated noise as a multiple of its channel's span, beyond which all is hid."""
+    coarsest_scatter: float = 1.0
+    """What a model may miss, as a multiple of it, beyond which all is hid."""
+    far_reading: float = 1e3
+    """Times what nearly all readings are within, beyond which one says nothing of how fine its sensor is."""
+    most_jitter: float = 50.0
+    """Jitter of a clock in sample intervals, beyond which it is written in another unit."""
     hole: float = 20.0
     """Usual sample intervals without a reading that are told."""
     latest_event: float = 10.0
@@ -116,6 +122,8 @@ class FaultSettings:
     """Times the usual change from sample to sample that this jump is at least."""
     stuck_moving: float = 5.0
     """Noise and steps of the converter that a channel travels just before and after, where it moves."""
+    most_faulty: float = 0.8
+    """Share of faulty readings from which none is left out: what they are measured by is then in doubt itself."""
     rests_within: float = 0.02
     """Share of its span that a channel moves where the machine does not rest."""
     most: float = 0.1
@@ -130,6 +138,10 @@ class SanitySettings:
     """Spans of model and readings that a reading may lie beyond both."""
     missing_marks: tuple[float, ...] = (999.0, 9999.0, 99999.0, 999999.0)
     """What is written, or its negative, where there was no reading."""
+    repeated_marks: int = 3
+    """Readings that are the same of them, from which they need not lie so far off."""
+    marks_away: float = 0.5
+    """Spans of all others that such ones lie away from them at least."""
     finer_units: tuple[float, ...] = (1e3, 1e6, 1e9)
     """How many times too short a run is whose times are taken to be in ms, us or ns and are not."""
     swapped: float = 0.3

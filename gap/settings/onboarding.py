@@ -137,6 +137,34 @@ class CheckSettings:
     """Share of the model's span within which a channel does not move."""
     off_level: float = 1.5
     """Times what readings and model move by, from which they stand too far apart."""
+    held_rows: float = 3.0
+    """Rows that repeat a reading from which it is told."""
+    held_values: int = 20
+    """Different readings in a row from which that is judged."""
+    held_share: float = 0.8
+    """Share of them that are repeated as often as is usual, within one row."""
+    jump_of_span: float = 0.1
+    """Share of its span that a channel jumps by at least to be told."""
+    jump_over_steps: float = 8.0
+    """Times that this is more than the model moves by between two readings anywhere, or than nearly all readings do."""
+    jump_stays: int = 10
+    """Readings after it that are far from where it was: else it is a pulse."""
+    exchanged: float = 0.35
+    """Share of a run's gap that it has in the conditions of another run, below which it is taken for that one."""
+    channels_of_rate: int = 2
+    """Channels that move from which a clock's rate is judged."""
+    rate_gain: float = 0.25
+    """Share of what each channel misses that another rate of the clock may leave to be told."""
+    quiet_rate: float = 5.0
+    """Noises that each of them misses at least."""
+    farthest_rate: float = 2.2
+    """Times that a clock may be too fast or too slow to be found."""
+    tried_rates: int = 241
+    """Rates that are tried from the slowest to the fastest, before the best is drawn nearer."""
+    rate_within: float = 1e-4
+    """Share to which the rate is found."""
+    off_share: float = 0.25
+    """Share of the model's own level that it is away then, too: a supply that is a little low is no slip."""
     off_size: float = 10.0
     """Times that a channel moves more or less than the model from which it is told."""
     lost_by_averaging: float = 0.05
@@ -153,6 +181,8 @@ class CheckSettings:
     """Share of the intervals in which it does so from which sampling is too slow."""
     noisier_than_stated: float = 3.0
     """Times a stated noise that readings scatter by, from which it is told."""
+    gap_begins: float = 0.05
+    """Share of a run's squared gap after which it is said to begin."""
     below_noise: float = 1.1
     """Normalised RMS up to which a gap is within the noise."""
     longest_notes: int = 4

@@ -313,7 +313,7 @@ def spoilt(row, column, value):
 
 
 BAD_RUNS = {
-    "a mark for a missing value": (spoilt(slice(100, 103), 2, -9.999), "-9999 mm at 2 s is impossible beside"),
+    "a mark for a missing value": (spoilt(slice(100, 103), 2, -9.999), "3 readings are -9999 mm, the first at 2 s"),
     "a mark in an input": (spoilt(slice(100, 400, 50), 1, -9999.0), "-9999 N at 2 s is impossible beside"),
     "time in ms": (lambda table: table * [1e3, 1.0, 1.0], "is time in seconds?"),
     "time in minutes": (lambda table: table / [60.0, 1.0, 1.0], "is time in minutes?"),

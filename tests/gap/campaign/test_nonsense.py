@@ -45,7 +45,7 @@ def campaign(tmp_path):
     ('name = "pool"', f"name = {HUGE}", "'name' = a number of thousands of digits has the wrong type"),
     ('name = "pool"', 'name = "po\\u001bol"', r"'name' = 'po\\x1bol' has to be a name in one line"),
     ('name = "pool"', 'name = " "', "has to be a name in one line"),
-    ('unit = "mm"', 'unit = "mm"\nclock_jitter = 1e6', r"'x': clock_jitter = 1e\+06 s is longer than the run"),
+    ('unit = "mm"', 'unit = "mm"\nclock_jitter = 1e6', r"'x': clock_jitter = 1e\+06 s is 1e\+07 sample in"),
     ('unit = "mm"', 'unit = "mm"\nmodel_form_scatter = 1e6', r"model_form_scatter = 1e\+06 mm would hide it"),
     ('unit = "mm"', 'unit = "mm"\nscale = 1e308', r"scale = 1e\+308 is no quantity of a machine"),
     ('file = "run1.csv"', f'file = "run1.csv"\nname = {HUGE}', "'name' = a number of thousands of digits"),

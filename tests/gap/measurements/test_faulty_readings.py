@@ -93,6 +93,22 @@ def test_a_stuck_sensor_in_motion_is_found(clean, seconds):
     assert len(found) <= n + 1
 
 
+@pytest.mark.parametrize(("begin", "end"), [(3.0, 6.0), (8.0, 12.0), (0.0, 3.0)])
+def test_a_sensor_stuck_in_motion_and_freed_at_rest_or_never_is_found(begin, end):
+    y = noisy(stroke(), 5e-5, step=1e-5)
+    inside = (begin <= T) & (end > T)
+    y[inside] = y[int(np.argmax(inside))] if begin else y[int(np.argmin(inside))]
+    found = faults(y, noisy(pressure(), 0.02))["stuck"]
+    assert abs(len(found) - inside.sum()) <= 2
+
+
+def test_a_sensor_that_shows_nothing_of_little_is_not_stuck():
+    """As a flow meter does below its least flow."""
+    flow = noisy(np.gradient(stroke(), T), 5e-4)
+    flow[np.abs(flow) < 5e-3] = 0.0
+    assert not len(faults(flow, noisy(pressure(), 0.02))["stuck"])
+
+
 def test_a_real_event_of_one_sample_is_kept_where_another_channel_shows_it():
     """Acceleration at an end stop: the speed falls to 0 within a sample."""
     speed = np.where(T < 6.0, 0.1, 0.0)

@@ -1,9 +1,12 @@
 """What looks wrong in a campaign is told with its place, and of a sound one nothing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from deepsea_cosim.gap.campaign.campaign import NOTHING_TO_FIT
+from deepsea_cosim.gap.campaign.campaign import NOTHING_TO_FIT, CampaignError
 from deepsea_cosim.gap.campaign.read import read
+from deepsea_cosim.gap.checks.run_mistakes import check_runs
 from deepsea_cosim.gap.cli import main
 from deepsea_cosim.gap.onboarding.check import check
 
@@ -61,17 +64,19 @@ def test_nothing_is_wrong(campaign, tmp_path, capsys):
     ("change", "channel", "part"),
     [
         (column(2, lambda x: x / 1e3), "x", "is it in m?"),
-        (column(2, lambda x: -x), "x", "scale = -1"),
+        (column(2, lambda x: -x), "x", "scale = -1 turns its sign or that of what drives it"),
+        (column(2, lambda x: x[np.arange(len(x)) // 5 * 5]), "x", "new in every 5th row only"),
+        (column(2, lambda x: x + np.where(np.arange(len(x)) < 300, 0.0, 500.0)), "x", "it jumps by "),
         (column(2, lambda x: np.full_like(x, 3.0) + 1e-3 * np.arange(len(x))), "x", "does not move"),
         (column(2, lambda x: np.clip(x, -1e9, 40.0)), "x", "clipped"),
-        (column(2, lambda x: x + 4000.0), "x", "is a condition of the run missing?"),
+        (column(2, lambda x: x + 4000.0), "x", "is a condition of the run missing"),
         (column(2, lambda x: np.roll(x, 20)), "x", " s late: is its clock another one?"),
         (column(2, lambda x: 300.0 * np.sin(np.arange(len(x)) ** 2)), "x", "the column 'spare' moves like o.x"),
         (lambda t: np.delete(t, slice(100, 160), 0), "", "nothing was measured for"),
         (lambda t: t[::8], "x", "sampling is too slow"),
         (column(1, lambda u: u / 1e3), "x", "is the input 'u' in kN"),
     ],
-    ids=["unit", "sign", "rests", "clipped", "level", "late", "column", "gap", "slow", "input"],
+    ids=["unit", "sign", "held", "jump", "rests", "clipped", "level", "late", "column", "gap", "slow", "input"],
 )  # fmt: skip
 def test_slips(campaign, change, channel, part):
     def spare(table):
@@ -80,6 +85,50 @@ def test_slips(campaign, change, channel, part):
 
     findings = told(campaign(spare, names="time,u,x,spare"))
     assert [f for f in findings if f[0] == channel and part in f[1]], findings
+
+
+def test_exchanged_files(rig, campaign):
+    runs = iter(rig.runs[::-1])
+    findings = told(campaign(lambda table: np.column_stack([table[:, :2], 1e3 * next(runs)[:, 2]])))
+    assert [text for _, text in findings if "are the files exchanged?" in text], findings
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.97, 1.003, 1.1])
+def test_a_clock_at_another_rate(rate):
+    step, t = 1e-3, np.arange(0.0, 8.0, 0.01)
+    grid = np.arange(round(20.0 / step) + 1) * step
+    signals = np.column_stack([np.sin(grid), np.tanh(grid - 3.0)])
+    noise = np.random.default_rng(1).normal(0.0, 1e-5, (len(t), 2))
+    series = []
+    for k in range(2):
+        read = np.interp(rate * t, grid, signals[:, k]) + noise[:, k]
+        place = slice(k * len(t), (k + 1) * len(t))
+        series.append(
+            SimpleNamespace(run=0, channel=k, connector=f"o.{k}", t=t, y=read, noise_std=1e-5, place=place)
+        )
+    nominal = np.concatenate([np.interp(t, grid, signals[:, k]) for k in range(2)])
+
+    def problem(**of_run):
+        return SimpleNamespace(
+            rows=lambda points, step: [[signals]], macro_step=step, connectors=["o.0", "o.1"],
+            observations=SimpleNamespace(series=series), runs=[SimpleNamespace(name="run0", inputs=of_run)],
+        )  # fmt: skip
+
+    (finding,) = check_runs(problem(), nominal)
+    assert f"all channels follow the model at {rate:.4g} times its time" in finding.text
+    assert not check_runs(problem(u=0.0), nominal)  # what drives it is on that clock, too
+    series[1].y = np.interp(t, grid, signals[:, 1]) + noise[:, 1]
+    assert not check_runs(problem(), nominal)  # one channel is late, and no clock
+
+
+def test_marks_for_missing_values(campaign):
+    def marked(x):
+        return np.where(np.arange(len(x)) % 20 == 7, -999.0, x)
+
+    with pytest.raises(CampaignError, match=r"run0.csv: 'x': 30 readings are -999 mm, the first at .* leave empty"):
+        told(campaign(column(2, marked)))
+    kept = OUTPUT + 'faulty_readings = "keep"\n'
+    assert told(campaign(column(2, marked), INPUT + kept))
 
 
 def test_another_connector(campaign):
