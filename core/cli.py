@@ -7,6 +7,7 @@ import errno
 import os
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
@@ -33,7 +34,11 @@ class _Versions(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         from .versions import line
 
-        print(line())
+        try:
+            print(line(), flush=True)
+        except OSError as error:
+            sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+            parser.exit(1, f"{parser.prog}: {error.strerror}\n")
         parser.exit()
 
 
@@ -153,15 +158,19 @@ def need(extra: str, *modules: str) -> None:
 
 
 def exit_code(command: str, work: Callable[[], int], interrupted: str = "interrupted", as_json: bool = False) -> int:
-    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130, SIGTERM 143.
+    """The exit code of the work; a user's mistake is one line and 2, a run that had to stop 1, Ctrl-C 130,
+    SIGTERM 143, SIGHUP 129.
 
     as_json: the line is an object on standard output, too.
     """
     end_if_loaded_again()
     with escaping(), ending.terminable():
+        from .figures import settle_matplotlib
         from .scratch import sweep
 
         sweep()
+        with suppress(OSError, RuntimeError):  # no home, or no place for what is temporary
+            settle_matplotlib()
         return _exit_code(command, work, interrupted, as_json)
 
 

@@ -1,4 +1,4 @@
-"""Requests to end a command: Ctrl-C (SIGINT, exit code 130) and SIGTERM (143)."""
+"""Requests to end a command: Ctrl-C (SIGINT, exit code 130), SIGTERM (143), a terminal that is closed (SIGHUP, 129)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from contextlib import contextmanager, suppress
 from math import inf
 from time import monotonic
 from types import FrameType
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
+"""Those that ask to end."""
 
 _asked: list[int] = []
 """The signals that asked this process to end."""
@@ -79,16 +82,23 @@ def starting_processes() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def listened_to() -> tuple[signal.Signals, ...]:
+    """Those that this process does not ignore, as one that nohup started does SIGHUP."""
+    return tuple(kind for kind in SIGNALS if signal.getsignal(kind) != signal.SIG_IGN)
+
+
 def ignore_interrupts() -> None:
-    """Leave Ctrl-C to the process that started this one."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Leave what a terminal sends to all its processes, Ctrl-C and its end, to the process that started this one."""
+    for kind in SIGNALS:
+        if kind != signal.SIGTERM:
+            signal.signal(kind, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 def take_no_more() -> None:
     """From now on nothing asks this process to end, for it does."""
-    for kind in (signal.SIGINT, signal.SIGTERM):
+    for kind in SIGNALS:
         signal.signal(kind, signal.SIG_IGN)
 
 
@@ -119,14 +129,14 @@ def _raising() -> Callable[[int, FrameType | None], None]:
 
 @contextmanager
 def terminable(*kinds: signal.Signals) -> Iterator[None]:
-    """Around a command: SIGTERM ends it as Ctrl-C does, so that what it holds is put away; or of both those kinds only.
+    """Around a command: SIGTERM and SIGHUP end it as Ctrl-C does, so that what it holds is put away; or only `kinds`.
 
     They are noted, for a library that is being loaded makes another error of the exception.
     """
     _asked.clear()
     handler, taken = _raising(), list[int]()
     if threading.current_thread() is threading.main_thread():
-        usual_handlers = {signal.SIGTERM: signal.SIG_DFL, signal.SIGINT: signal.default_int_handler}
+        usual_handlers = dict.fromkeys(SIGNALS, signal.SIG_DFL) | {signal.SIGINT: signal.default_int_handler}
         taken = [kind for kind in kinds or usual_handlers if signal.getsignal(kind) == usual_handlers[kind]]
     before, report = [signal.signal(kind, handler) for kind in taken], sys.unraisablehook
     try:

@@ -31,6 +31,8 @@ def replacing(path: Path) -> Iterator[Path]:
     part = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         with writing(path):
+            if part.is_symlink() or (part.exists() and not part.is_file()):  # a pipe would wait for who reads it
+                part.unlink()
             yield part
             part.replace(path)
     finally:

@@ -26,8 +26,7 @@ FINISHED, STEPPING = 0, 1
 """Bytes that say so."""
 REPORT, TIMES = 64, 128
 """Places of the loop's report (six int64) and of start, step [s] and steps before (three doubles)."""
-PASSED_ON = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
-WATCHED = {*PASSED_ON, *([signal.SIGCHLD] if hasattr(signal, "SIGCHLD") else [])}
+WATCHED = {*ending.SIGNALS, *([signal.SIGCHLD] if hasattr(signal, "SIGCHLD") else [])}
 FROM_TERMINAL = 0x80
 """si_code of a signal that the kernel sends, to all processes of a terminal at once."""
 
@@ -147,13 +146,14 @@ def _wait(child: int) -> tuple[int, set[int]]:
         if hasattr(signal, "sigwaitinfo"):
             told = signal.sigwaitinfo(WATCHED)
             asked.add(told.si_signo)
-            if told.si_signo in PASSED_ON and not (told.si_signo == signal.SIGINT and told.si_code == FROM_TERMINAL):
+            by_terminal = told.si_signo == signal.SIGINT and told.si_code == FROM_TERMINAL
+            if told.si_signo in ending.SIGNALS and not by_terminal:
                 with suppress(ProcessLookupError):
                     os.kill(child, told.si_signo)
         else:  # macOS
             number = signal.sigwait(WATCHED)
             asked.add(number)
-            if number in PASSED_ON and number != signal.SIGINT:
+            if number in ending.SIGNALS and number != signal.SIGINT:
                 os.kill(child, number)
 
 

@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from .errors import OutputError
+from .regular import require_regular
 
 
 def read_object(file: Path) -> dict[str, Any]:
     """The object in a file of JSON; an empty one where there is none, whatever stands there."""
     try:
+        require_regular(file, OutputError)
         content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+    except (OSError, OutputError, ValueError, RecursionError):
         return {}
     return content if isinstance(content, dict) else {}
 

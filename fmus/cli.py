@@ -20,7 +20,7 @@ EXAMPLES = """examples:
   cosim-fmus check build/DeepseaArm.fmu
   cosim-fmus cross-check build/DeepseaArm.fmu build/DeepseaHydraulics.fmu
 
-exit codes: 0 done, 1 a check found something wrong, 2 bad input, 130 interrupted (143 by SIGTERM)
+exit codes: 0 done, 1 a check found something wrong, 2 bad input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)
 """
 
 

@@ -20,7 +20,7 @@ EXAMPLES = """examples:
   cosim-gap diagnose campaign/campaign.toml --out diagnosis --resume    # after a stop, or with accept = [...]
 
 exit codes: 0 done, 1 the simulation had to stop (check: something looks wrong), 2 bad input,
-130 interrupted (143 by SIGTERM)
+130 interrupted (143 by SIGTERM, 129 by SIGHUP)
 """
 
 

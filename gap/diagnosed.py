@@ -11,7 +11,7 @@ from typing import Any
 
 from ..core.cli import need
 from ..core.figures import in_notebooks
-from ..core.files import make_folder, write_together
+from ..core.files import held, make_folder, write_together
 from .campaign.campaign import Campaign
 from .problem.stop import StopToken
 from .report.signals import Signals
@@ -101,6 +101,7 @@ def diagnose_into(
         read_campaign = campaign if isinstance(campaign, Campaign) else stack.enter_context(campaign_at(place))
         earlier = None if resume is None else load_earlier(resume)
         make_folder(folder)
+        stack.enter_context(held(folder, "another diagnosis"))
         executor = stack.enter_context(cluster(dask))
         d = diagnose(
             read_campaign, executor, on_stage, progress, processes, stop, on_finding=on_finding, earlier=earlier

@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 import time
+from types import FrameType
 
 from ..core import ending
 from ..core.console import conclude
@@ -39,6 +40,7 @@ class _StopCondition:
     def __init__(self, limit: float | None):
         self.until = float("inf") if limit is None else time.monotonic() + limit
         self.interrupted = self._is_told = False
+        self._when = 0.0
 
     def ended(self) -> bool:
         """Whether what has been found is to be judged now; says so once, for a handler of signals must not print."""
@@ -48,18 +50,21 @@ class _StopCondition:
         return self.interrupted or time.monotonic() > self.until
 
     def __enter__(self) -> _StopCondition:
-        self._before = {kind: signal.signal(kind, self._first) for kind in (signal.SIGINT, signal.SIGTERM)}
+        self._before = {kind: signal.signal(kind, self._first) for kind in ending.listened_to()}
         return self
 
     def __exit__(self, *_: object) -> None:
         for kind, handler in self._before.items():
             signal.signal(kind, handler)
 
-    def _first(self, number: int, _frame: object) -> None:
-        self.interrupted = True
+    def _first(self, number: int, frame: FrameType | None) -> None:
+        if self.interrupted:
+            if time.monotonic() - self._when > ending.TWICE:  # else the same request, passed on
+                handler = self._before[signal.Signals(number)]
+                (handler if callable(handler) else signal.default_int_handler)(number, frame)
+            return
+        self.interrupted, self._when = True, time.monotonic()
         ending.note(number)
-        for kind, handler in self._before.items():
-            signal.signal(kind, handler if callable(handler) else signal.default_int_handler)
 
 
 class _Progress:

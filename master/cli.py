@@ -42,7 +42,7 @@ commands (where no file has that name; each has a --help of its own):
   cosim-master replay results/plant                     the machine in motion
 
 exit codes: 0 done, 1 the simulation had to stop (what was recorded is kept), 2 bad input (or --check found errors),
-130 interrupted by Ctrl-C, 143 by SIGTERM
+130 interrupted by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP
 """
 
 COMMANDS = {"open": ".page.command", "compare": ".comparison.command", "replay": ".replay_cli"}

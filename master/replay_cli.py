@@ -24,7 +24,7 @@ EXAMPLES = """examples:
   cosim-master replay results/deepsea_11km --gif stroke.gif --speed 4
   cosim-master replay results/deepsea_11km results/deepsea_0km --video both.mp4    the second as a ghost
 
-exit codes: 0 done, 2 bad input or nothing to draw with, 130 interrupted (143 by SIGTERM)
+exit codes: 0 done, 2 bad input or nothing to draw with, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)
 """
 
 VIDEO, GIF = ((1280, 720), 30.0), ((640, 360), 15.0)

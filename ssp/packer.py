@@ -11,6 +11,7 @@ from lxml import etree
 from ..core.errors import PackageError
 from ..core.files import replacing
 from ..core.plain_numbers import plain_number
+from ..core.zips import add, new_archive
 from .document import SSC, SSD
 
 TYPES = {
@@ -106,8 +107,8 @@ def write(root: etree._Element, target: Path, files: Mapping[str, Path]) -> Path
     etree.indent(root, "  ")
     text = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
     target.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as package:
-        package.writestr("SystemStructure.ssd", text)
+    with replacing(target) as part, new_archive(part) as package:
+        add(package, "SystemStructure.ssd", text)
         for name, path in files.items():
             stored = path.suffix == ".fmu" or name.endswith(".toml")
             package.write(path, name, zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED)

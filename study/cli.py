@@ -19,7 +19,7 @@ EXAMPLES = """examples:
   cosim-study sweep plant.ssp --vary body.m=1:5 --vary spring.k=100:400 --sample sobol:256
 
 exit codes: 0 done (failed cases are listed), 1 the simulation had to stop or every case failed, 2 bad input,
-130 interrupted, 143 by SIGTERM (what a sweep or an envelope has done is kept)
+130 interrupted, 143 by SIGTERM, 129 by SIGHUP (what a sweep or an envelope has done is kept)
 """
 
 PAPER_EXAMPLES = """examples:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 import tomllib
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 from ...core.console import conclude
 from ...core.errors import OutputError
 from ...core.files import is_same_file, make_folder, replacing
+from ...core.zips import add, new_archive
 from ..campaign.campaign import CampaignError
 from ..campaign.packed import CAMPAIGN, opened
 from ..campaign.read import read
@@ -55,8 +55,8 @@ def pack(path: Path, target: Path, force: bool = False) -> int:
         if (used := next((p for p in inputs if is_same_file(p, target)), None)) is not None:
             raise OutputError(f"{target}: is {used.name}, which is packed; --out names another file")
         make_folder(target.parent)
-        with replacing(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(CAMPAIGN, text)
+        with replacing(target) as part, new_archive(part) as archive:
+            add(archive, CAMPAIGN, text)
             for name, source in files.items():
                 archive.write(source, name)
     return target.stat().st_size

@@ -36,6 +36,7 @@ from ...core.scripts import check_script, end_if_loaded_again, unguarded
 from ..algorithms import DEFAULT
 from ..simulation.session import Series, Session
 from .last_words import last_words, leave_last_words
+from .same_file import SameFile
 
 
 @dataclass(frozen=True)
@@ -255,6 +256,7 @@ class Pool:
     ):
         """limit: wall time of a task [s], for processes of this machine."""
         self.package = package.resolve()
+        self._same = SameFile(self.package)
         self.count = 0
         self.limit = limit
         self.progress = progress
@@ -330,7 +332,9 @@ class Pool:
         """function(package, task) in a process that may die of it."""
         try:
             with Pool(self.package, processes=1, limit=self.limit) as pool:
-                return next(pool.each(function, [task], stop))[1]
+                result = next(pool.each(function, [task], stop))[1]
+                self._same.check()
+                return result
         except WorkerDied as error:
             return Failure(f"it takes longer than {self.limit:g} s", self.limit) if error.late else Failure(error.why)
 
@@ -376,6 +380,7 @@ class Pool:
                     if kind != "KilledWorker":
                         raise
                     result = Failure(DIED)
+                self._same.check()
                 self.count += 1
                 self.progress(self.count)
                 yield under_way.pop(future), result

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ...core.errors import UsageError, install
+from ...core.regular import require_regular
 from .columns import Column
 from .format import Format, Writer
 
@@ -35,6 +36,12 @@ def check_writable(path: Path) -> None:
     for module in format_of(path).needs:
         if find_spec(module) is None:
             raise UsageError(f"{path}: {path.suffix} files need {module}: {install('results')}")
+
+
+def check_readable(path: Path) -> None:
+    """Raise `UsageError` for a pipe or a device in the place of a file; a folder may be one of Parquet's parts."""
+    if path.exists() and not path.is_dir():
+        require_regular(path, UsageError)
 
 
 def open_writer(path: Path, columns: Sequence[Column]) -> Writer:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.errors import UsageError, install
-from . import by_suffix
+from . import by_suffix, check_readable
 from .format import Block
 
 
@@ -24,6 +24,7 @@ def blocks(path: Path, texts: Collection[str] = ()) -> Iterator[Block]:
     for module in format.needs:
         if find_spec(module) is None:
             raise UsageError(f"{path}: {path.suffix} files need {module}: {install('results')}")
+    check_readable(path)
     try:
         if format.blocks is not None:
             yield from format.blocks(path, texts)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.errors import UsageError, install
-from . import format_of
+from . import check_readable, format_of
 
 
 def frame(path: Path, texts: Collection[str] = (), truths: Collection[str] = ()) -> Any:
@@ -18,4 +18,5 @@ def frame(path: Path, texts: Collection[str] = (), truths: Collection[str] = ())
     """
     if find_spec("pandas") is None:
         raise UsageError(f"a frame needs pandas: {install('results')}")
+    check_readable(path)
     return format_of(path).read(path, texts, truths)

@@ -1,4 +1,4 @@
-"""Ctrl-C and requests to end (SIGTERM), also where an FMU does not come back to let anybody hear of them; and FMUs that
+"""Ctrl-C and other requests to end, also where an FMU does not come back to let anybody hear of them; and FMUs that
 end the process they are in."""
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from time import monotonic
 from typing import Any
 
 from ...core import ending
-
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 HANG_TIMEOUT = 5.0
 """How long a call of an FMU may take once the run was asked to end [s]."""
@@ -68,7 +66,7 @@ class Interrupts(list[int]):
                 got = bytes(1)
             if not got:
                 return
-            asked = [number for number in got if number in SIGNALS]
+            asked = [number for number in got if number in ending.SIGNALS]
             if up == float("inf") and asked:
                 ending.note(asked[0])  # the handler may never get to it
                 up = monotonic() + HANG_TIMEOUT
@@ -114,12 +112,12 @@ def interrupts(watched: bool = False) -> Iterator[Interrupts]:
         ending.note(number)
         asked.append(number)
 
-    before = [signal.signal(kind, heard) for kind in SIGNALS]
+    before = {kind: signal.signal(kind, heard) for kind in ending.listened_to()}
     try:
         with _watched(asked) if watched else nullcontext():
             yield asked
     finally:
-        for kind, handler in zip(SIGNALS, before, strict=True):
+        for kind, handler in before.items():
             signal.signal(kind, handler)
 
 

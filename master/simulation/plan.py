@@ -33,7 +33,7 @@ from ..system.system import System
 from . import stimuli
 from .answers import sound
 from .interrupts import Interrupts
-from .run_folder import LOG_SUFFIXES
+from .run_folder import LOG_SUFFIXES, check_name
 from .saved_state import SavedState, read_state
 from .time_grid import TimeGrid, time_grid
 
@@ -149,6 +149,8 @@ def check_options(options: Options) -> None:
     for option, name in (("--results", options.results), ("--log", options.log)):
         if Path(name).is_absolute() or ".." in Path(name).parts:
             raise UsageError(f"{option} {name}: is the name of a file in the result folder; --out names another folder")
+        if name:
+            check_name(option, name)
     if options.results:
         check_writable(Path(options.results))
     check_log(options)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.console import strict_json
-from ...core.errors import OutputError
+from ...core.errors import OutputError, UsageError
 from ...core.files import held, make_folder, replacing, writing
 from ...core.owned import read_object, refuse_others
 from ..results import by_suffix
@@ -27,6 +27,9 @@ STAGE, SWITCH = ".new", "switch.json"
 
 FAILED = "failed_start"
 """What is known of a run that failed before it had anything to show, in a folder where an earlier one had."""
+
+LONGEST_NAME = 200
+"""Bytes of the name of a record or log; files beside it have longer ones."""
 
 TAIL = 1 << 16
 """Bytes at the end of a CSV file in which its last whole row is looked for."""
@@ -228,9 +231,21 @@ def earlier(folder: Path, option: str, suffixes: Sequence[str]) -> str | None:
         return None
 
 
+def check_name(option: str, name: str) -> None:
+    """Raise `UsageError` for the name of a record or log that a run folder cannot have."""
+    if (first := Path(name).parts[0]) in (STAGE, FAILED):
+        raise UsageError(f"{option} {name}: '{first}' is a folder of the master's own; take another name")
+    if not _is_plain(name):
+        raise UsageError(f"{option} {name}: has to be one line of at most {LONGEST_NAME} bytes")
+
+
+def _is_plain(name: str) -> bool:
+    return len(os.fsencode(name)) <= LONGEST_NAME and name.isprintable()
+
+
 def _can_be_of_a_run(folder: Path, name: str, suffixes: Sequence[str]) -> bool:
     """Whether a file of that name can be a run's record or log."""
-    fits = len(name) < 200 and name.isprintable() and Path(name).suffix.lower() in suffixes
+    fits = _is_plain(name) and Path(name).suffix.lower() in suffixes
     return fits and (folder / name).resolve().is_relative_to(folder.resolve())
 
 

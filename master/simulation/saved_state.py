@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.errors import UsageError
 from ...core.files import replacing
+from ...core.zips import add
 
 STATE_FILE = "state.zip"
 """Its name in a result folder."""
@@ -66,13 +67,13 @@ def write_state(path: Path, state: SavedState) -> None:
     }  # fmt: skip
     with replacing(path) as part, part.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-            archive.writestr("state.json", json.dumps(head, indent=1))
-            archive.writestr("values.npy", _packed(state.values))
+            add(archive, "state.json", json.dumps(head, indent=1))
+            add(archive, "values.npy", _packed(state.values))
             for i, arrays in enumerate(state.memories.values()):
                 for k, array in enumerate(arrays.values()):
-                    archive.writestr(f"memory/{i}/{k}.npy", _packed(array))
+                    add(archive, f"memory/{i}/{k}.npy", _packed(array))
             for i, content in enumerate(state.fmus.values()):
-                archive.writestr(f"fmu/{i}.bin", content)
+                add(archive, f"fmu/{i}.bin", content)
         file.flush()
         os.fsync(file.fileno())  # a run of days is worth it
 

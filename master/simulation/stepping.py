@@ -10,6 +10,7 @@ from typing import cast
 
 import numpy as np
 
+from ...core import ending
 from ...core.errors import Interrupted, SimulationError
 from ...core.guardian import tell
 from ..engine.program import Program
@@ -175,7 +176,7 @@ class MacroSteps:
             self._save(self.runner.ended is None)
             saver = self._saver
             further = f"; --resume {saver.path.parent} goes on from there" if saver is not None and saver.saved else ""
-            raise Interrupted(f"interrupted at t = {self.time:g} s{further}", self.time)
+            raise Interrupted(f"{ending.told()} at t = {self.time:g} s{further}", self.time)
 
     def _wait(self, until: float, interrupt: Interrupts) -> None:
         """Wait for a moment of the clock [s], and write meanwhile what there is."""

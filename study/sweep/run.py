@@ -19,6 +19,7 @@ from ...core.versions import versions
 from ...master.engine.values import TEXT, Signal
 from ...master.parallel.pool import Failure, Pool
 from ...master.parallel.pool import session as opened
+from ...master.parallel.same_file import SameFile
 from ...master.simulation import stimuli
 from ...master.simulation.manifest import digest as digest_of_file
 from ...master.simulation.session import Session
@@ -187,11 +188,14 @@ def sweep(
         "fixed": dict(settings.fixed), "metrics": [[m.label, str(m)] for m in settings.metrics],
         "versions": versions(), "entries": "with warnings",
     }  # fmt: skip
+    driving = SameFile(settings.stimuli) if settings.stimuli is not None else None
     if settings.stimuli is not None:
         common["stimuli"] = digest_of_file(settings.stimuli)
     names = [digest({**common, "values": case}) for case in cases]
     with Store(folder) as store:
+        labels = {m.label for m in settings.metrics}
         kept = [store.get(name) for name in names]
+        kept = [None if entry and labels - {*entry.get("values", labels)} else entry for entry in kept]
         kept = [None if entry and "limit" in entry and (limit or inf) > entry["limit"] else entry for entry in kept]
         if again:
             kept = [None if entry and "failed" in entry else entry for entry in kept]
@@ -200,6 +204,8 @@ def sweep(
         progress(*count)
 
         def done(k: int, entry: dict[str, Any] | Failure) -> None:
+            if driving is not None:
+                driving.check()
             if isinstance(entry, Failure):
                 entry = {"failed": entry.reason} | ({"limit": entry.limit} if entry.limit is not None else {})
             store.put(names[k], entry)

@@ -9,13 +9,16 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from ...core.errors import OutputError
 from ...core.files import held, make_folder, writing
+from ...core.regular import require_regular
 
 CASES_FILE = "cases.jsonl"
 
@@ -41,6 +44,8 @@ class Store:
         self._lock = ExitStack()
         self._lock.enter_context(held(self.folder, "another sweep"))
         path = self.folder / CASES_FILE
+        if path.exists() or path.is_symlink():
+            require_regular(path, OutputError)
         whole = end = 0
         with writing(path):
             for line in path.read_bytes().splitlines(keepends=True) if path.exists() else ():
@@ -93,7 +98,16 @@ def _entry(line: bytes) -> dict[str, Any] | None:
         entry = json.loads(line)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(entry, dict) or not isinstance(entry.get("case"), str):
-        return None
-    fits = isinstance(entry.get("failed"), str) or isinstance(entry.get("values"), dict)
-    return entry if fits and isinstance(entry.get("warnings", []), list) else None
+    return entry if isinstance(entry, dict) and _is_of_a_case(entry) else None
+
+
+def _is_of_a_case(entry: dict[str, Any]) -> bool:
+    """Whether an entry is one that `put` has written: whoever edits the file by hand loses what does not fit."""
+    warnings, values = entry.get("warnings", []), entry.get("values")
+    if not isinstance(entry.get("case"), str) or not isinstance(entry.get("limit", 0.0), (int, float)):
+        return False
+    if not isinstance(warnings, list) or not all(isinstance(text, str) for text in warnings):
+        return False
+    if not isinstance(values, dict):
+        return isinstance(entry.get("failed"), str)
+    return all(x is None or (isinstance(x, (int, float)) and abs(x) <= sys.float_info.max) for x in values.values())

@@ -86,6 +86,7 @@ def commanded(work):
 
 @pytest.mark.parametrize(("name", "code", "said"), [
     ("SIGINT", 130, "command: interrupted"), ("SIGTERM", 143, "command: asked to end (SIGTERM)"),
+    ("SIGHUP", 129, "command: asked to end (SIGHUP)"),
 ])  # fmt: skip
 def test_requests_end_a_command_in_a_line(name, code, said):
     assert commanded(f"strike(signal.{name})") == (code, said)
@@ -115,11 +116,12 @@ def test_a_fault_of_ours_is_none_of_the_users():
     assert "Traceback" in said
 
 
-def test_what_is_ignored_stays_so():
-    """As of a command in the background of a shell."""
-    script = "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+@pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
+def test_what_is_ignored_stays_so(name):
+    """As of a command in the background of a shell, or of one that nohup starts."""
+    script = f"signal.signal(signal.{name}, signal.SIG_IGN)"
     whole = COMMAND.replace("def work", f"{script}\n\ndef work").replace("10.0", "0.1")
-    done = subprocess.run([sys.executable, "-c", whole.format(work="    strike(signal.SIGINT)\n    return 0")],
+    done = subprocess.run([sys.executable, "-c", whole.format(work=f"    strike(signal.{name})\n    return 0")],
                           capture_output=True, text=True, timeout=60.0)  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -175,7 +175,7 @@ def test_a_request_to_end_is_kept_like_ctrl_c(fmus, tmp_path):
     while running.poll() is None and not (results.exists() and results.stat().st_size > 1000):
         time.sleep(0.05)
     running.terminate()
-    assert "interrupted at t = " in running.communicate()[1]
+    assert "asked to end (SIGTERM) at t = " in running.communicate()[1]
     assert running.returncode == 143
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "interrupted"
 

@@ -217,3 +217,23 @@ def test_a_stranger_cannot_say_what_is_removed(good, tmp_path):
     (out / ".new" / "switch.json").write_text('{"move": [], "remove": ["a.py"]}')
     settle(out)
     assert (out / "a.py").read_text() == "precious"
+
+
+@pytest.mark.parametrize("name", [".new/x.csv", "failed_start/x.csv", "a\nb.csv", f"{'n' * 250}.csv"])
+def test_names_that_a_record_cannot_have_are_refused_and_the_earlier_one_stays(good, tmp_path, capsys, name):
+    out = tmp_path / "out"
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    before = (out / "results.csv").read_bytes()
+    assert main([str(good), "--out", str(out), "--no-plot", "--results", name]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert (out / "results.csv").read_bytes() == before
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes here")
+def test_a_pipe_in_the_place_of_a_record_is_not_waited_for(good, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main([str(good), "--out", str(out), "--no-plot", "--quiet"]) == 0
+    (out / "results.csv").unlink()
+    os.mkfifo(out / "results.csv")
+    assert main(["open", str(out)]) == 2
+    assert "results.csv: is a pipe; only regular files are read" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from deepsea_cosim.core.errors import CosimError, OutputError, UnknownNameError, UsageError
+from deepsea_cosim.core.errors import CosimError, OutputError, SimulationError, UnknownNameError, UsageError
 from deepsea_cosim.master.parallel import pool
 from deepsea_cosim.master.parallel.pool import Pool
 from deepsea_cosim.master.simulation.session import Session
@@ -183,7 +183,10 @@ def test_a_line_that_was_cut_is_dropped_and_written_over(tmp_path, rest):
     assert (tmp_path / CASES_FILE).read_bytes() == whole + b'{"case": "b", "failed": "x"}\n'
 
 
-@pytest.mark.parametrize("strange", ['{"case": "x"}', '{"case": "x", "values": 3}', "[]", "none", '{"case": 5}'])
+@pytest.mark.parametrize("strange", [
+    '{"case": "x"}', '{"case": "x", "values": 3}', "[]", "none", '{"case": 5}', '{"case": "x", "values": {"m": [1]}}',
+    '{"case": "x", "values": {"m": 1e400}}', '{"case": "x", "values": {"m": 1}, "warnings": [1]}',
+])  # fmt: skip
 def test_a_strange_line_is_passed_over(tmp_path, strange):
     good = [json.dumps({"case": name, "values": {"m": 0.1}}) for name in "ab"]
     (tmp_path / CASES_FILE).write_text("\n".join([good[0], strange, good[1], ""]))
@@ -383,6 +386,47 @@ def test_a_table_that_changes_is_read_again(tmp_path):
         os.utime(table, ns=(k, k))
         found.append(measure(str(path), Task(settings, {}))["values"]["y"])
     assert found == [1.0, 2.0]
+
+
+def test_another_package_in_its_place_ends_the_sweep(doubled, tmp_path):
+    """Its numbers would stand under the name of the first one."""
+    own = tmp_path / "p.ssp"
+    shutil.copyfile(doubled, own)
+    other = own.read_bytes()
+
+    def replace(done, _failed):
+        if done == 1:
+            (tmp_path / "new.ssp").write_bytes(other + b"\0")
+            (tmp_path / "new.ssp").replace(own)
+
+    with pytest.raises(SimulationError, match=r"p.ssp: is another file now than at the start"):
+        run(own, tmp_path / "out", f"{GAIN}=1,2,5", progress=replace)
+    assert len((tmp_path / "out" / CASES_FILE).read_text().splitlines()) == 1
+    own.write_bytes(other)  # only its time is another one
+    assert len(run(own, tmp_path / "out", f"{GAIN}=1,2,5")) == 3
+
+
+def test_another_table_in_its_place_ends_the_sweep(tmp_path):
+    root = system("root", linear("a", D=[[1]]), made=(connector("in", "input"),), links=(link("in", "a.u1"),))
+    path = package(tmp_path / "p.ssp", root, {"resources/L.fmu": native.linear(tmp_path, 2)}, stop=1.0, step=0.1)
+    table = tmp_path / "s.csv"
+    table.write_text("time,in\n0,1\n")
+    settings = Settings((parse_metric("y=final(a.y1)"),), stimuli=table)
+
+    def change(_done, _failed):
+        table.write_text("time,in\n0,2\n")
+        os.utime(table, ns=(5, 5))
+
+    with pytest.raises(SimulationError, match=r"s.csv: is another file now"):
+        run(path, tmp_path / "out", "a.D[1,1]=1,2", settings=settings, progress=change)
+    assert not (tmp_path / "out" / CASES_FILE).read_text()
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
+def test_cases_of_a_device_are_not_read(tmp_path):
+    (tmp_path / CASES_FILE).symlink_to("/dev/zero")
+    with pytest.raises(OutputError, match=r"cases.jsonl: is a device; only regular files are read"), Store(tmp_path):
+        pass
 
 
 @pytest.mark.parametrize("method", ["gauss-seidel", "nepce"])
