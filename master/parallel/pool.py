@@ -86,7 +86,7 @@ class Abandoned(Exception):
     """What runs was given up, for whoever asked for it has been asked to stop."""
 
 
-GRACE = 0.5
+GRACE = 1.5
 """Time that processes have to clean up once they are told to end [s]."""
 
 UNDER_WAY = 4000
