@@ -149,6 +149,8 @@ class CheckSettings:
     """Times that this is more than the model moves by between two readings anywhere, or than nearly all readings do."""
     jump_stays: int = 10
     """Readings after it that are far from where it was: else it is a pulse."""
+    compared_runs: int = 40
+    """Runs that are compared with each other."""
     exchanged: float = 0.35
     """Share of a run's gap that it has in the conditions of another run, below which it is taken for that one."""
     channels_of_rate: int = 2

@@ -109,10 +109,12 @@ def test_a_clock_at_another_rate(rate):
     nominal = np.concatenate([np.interp(t, grid, signals[:, k]) for k in range(2)])
 
     def problem(**of_run):
-        return SimpleNamespace(
-            rows=lambda points, step: [[signals]], macro_step=step, connectors=["o.0", "o.1"],
+        made = SimpleNamespace(
+            rows=lambda points, step: [[signals]], fit_step=step, connectors=["o.0", "o.1"],
             observations=SimpleNamespace(series=series), runs=[SimpleNamespace(name="run0", inputs=of_run)],
         )  # fmt: skip
+        made.of_runs = lambda runs: made
+        return made
 
     (finding,) = check_runs(problem(), nominal)
     assert f"all channels follow the model at {rate:.4g} times its time" in finding.text
