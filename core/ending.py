@@ -83,8 +83,9 @@ def starting_processes() -> Iterator[None]:
 
 
 def listened_to() -> tuple[signal.Signals, ...]:
-    """Those that this process does not ignore, as one that nohup started does SIGHUP."""
-    return tuple(kind for kind in SIGNALS if signal.getsignal(kind) != signal.SIG_IGN)
+    """Those that a command heeds: all but the end of its terminal where it was started by nohup."""
+    asks = (signal.SIGINT, signal.SIGTERM)
+    return tuple(kind for kind in SIGNALS if kind in asks or signal.getsignal(kind) != signal.SIG_IGN)
 
 
 def ignore_interrupts() -> None:

@@ -55,8 +55,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two more than there are processors: some tests wait for what hangs, or for what another worker makes."""
-    return (os.cpu_count() or 1) + 2
+    """One more than there are processors: some tests wait for what hangs, or for what another worker makes."""
+    return (os.cpu_count() or 1) + 1
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:

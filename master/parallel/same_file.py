@@ -14,7 +14,7 @@ class SameFile:
 
     def __init__(self, path: Path):
         self.path = path
-        self._written, self._digest = changed(path), digest(path)
+        self._written, self._digest = changed(path), digest(path) if path.is_file() else ""
 
     def check(self) -> None:
         """Raise `SimulationError` where the file has another content by now."""

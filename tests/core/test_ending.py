@@ -63,7 +63,8 @@ COMMAND = """
 import os, signal, sys, time
 from deepsea_cosim.core.cli import end_with, exit_code
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may ignore it
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever runs the tests may ignore them
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 def strike(*numbers):
     for number in numbers:
