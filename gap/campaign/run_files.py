@@ -294,9 +294,11 @@ def _without_faulty(path: Path, channels: tuple[Channel, ...], series: Series, w
 
 def _check_marks(path: Path, channel: Channel, t: FloatArray, read: FloatArray) -> None:
     """Readings of an output as the file has them hold no mark for missing values."""
+    if channel.role != "output":
+        return
     settings = DEFAULT.sanity
     mark = repeated_mark(read, settings.missing_marks, settings.repeated_marks, settings.marks_away)
-    if channel.role == "output" and mark is not None:
+    if mark is not None:
         marked = np.round(read, 6) == round(mark, 6)
         rest = read[~marked]
         raise CampaignError(
@@ -311,7 +313,9 @@ def _check_noise(path: Path, channel: Channel, times: FloatArray, values: FloatA
     span, noise = float(np.ptp(values)), channel.noise_std
     factor, where = unit(channel.unit).factor, f"{path}: '{channel.column}'"
     interval = float(np.median(np.diff(times)))
-    if channel.clock_jitter is not None and channel.clock_jitter > FILE_LIMITS.most_jitter * interval:
+    if channel.clock_jitter is not None and channel.clock_jitter > min(
+        FILE_LIMITS.most_jitter * interval, float(np.ptp(times))
+    ):
         raise CampaignError(
             f"{where}: clock_jitter = {channel.clock_jitter:g} s is {channel.clock_jitter / interval:.3g} sample "
             "intervals; it is in seconds"
@@ -324,11 +328,12 @@ def _check_noise(path: Path, channel: Channel, times: FloatArray, values: FloatA
     if noise is None:
         return
     shown = f"{noise / factor:g} {channel.unit}"
-    k, usual = int(np.argmax(np.abs(values))), float(np.percentile(np.abs(values), 98.0))
-    largest, finest = float(np.abs(values[k])), FILE_LIMITS.finest_noise
-    if noise < finest * max(usual, largest) and largest < FILE_LIMITS.far_reading * usual:
-        raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
-    if noise < finest * largest:
+    k = int(np.argmax(np.abs(values)))
+    largest = float(np.abs(values[k]))
+    if noise < FILE_LIMITS.finest_noise * max(span, largest):
+        usual = float(np.percentile(np.abs(values), 98.0))
+        if largest < FILE_LIMITS.far_reading * usual:
+            raise CampaignError(f"{where}: noise_std = {shown} is finer than any sensor")
         bad, most = (float(convert(np.array([x]), si(channel.unit), channel.unit)[0]) for x in (values[k], usual))
         raise CampaignError(
             f"{where}: {bad:.6g} {channel.unit} at {times[k]:g} s is impossible where nearly all others are within "

@@ -10,7 +10,7 @@ from ..problem.noise import estimate_channel_noise, rms
 from ..problem.observations import average_neighbours
 from ..problem.problem import Problem
 from ..settings import CHECKS, DEFAULT
-from .shape_mistakes import Finding
+from .shape_mistakes import Finding, in_channel_unit
 
 
 def check_readings(problem: Problem, nominal: np.ndarray) -> list[Finding]:
@@ -28,7 +28,7 @@ def check_readings(problem: Problem, nominal: np.ndarray) -> list[Finding]:
         at = np.interp(t, grid, model)
         texts = (
             _clipped(y, at), _slow(t, grid, model), _noisier(problem, channel, t, y, at), _held(t, y),
-            _jump(channel, problem.units[channel.connector], t, y, at),
+            _jump(problem, channel, t, y, at),
         )  # fmt: skip
         found += [Finding(run.name, channel.column, text) for text in texts if text is not None]
     return [*found, *_below_noise(problem, nominal)]
@@ -69,7 +69,7 @@ def _held(t: np.ndarray, y: np.ndarray) -> str | None:
     )
 
 
-def _jump(channel: Channel, of_fmu: str, t: np.ndarray, y: np.ndarray, model: np.ndarray) -> str | None:
+def _jump(problem: Problem, channel: Channel, t: np.ndarray, y: np.ndarray, model: np.ndarray) -> str | None:
     """Where readings are suddenly elsewhere, and neither they nor the model come near such a step otherwise."""
     apart = np.diff(t)
     steps = np.where(apart < CHECKS.hole * np.median(apart), np.abs(np.diff(y)), 0.0)
@@ -84,7 +84,7 @@ def _jump(channel: Channel, of_fmu: str, t: np.ndarray, y: np.ndarray, model: np
     after = y[k + 1 : k + 1 + CHECKS.jump_stays]
     if np.abs(after - y[k]).min() < 0.5 * steps[k]:  # a pulse
         return None
-    shown = steps[k] * unit(of_fmu).factor / unit(channel.unit).factor
+    shown = in_channel_unit(problem, channel, float(steps[k]))
     return (
         f"it jumps by {shown:.3g} {channel.unit} from one reading to the next at {t[k + 1]:.4g} s, where neither it "
         "nor the model moves so fast otherwise: were readings lost, or was the sensor stuck before?"
@@ -139,8 +139,8 @@ def _noisier(problem: Problem, channel: Channel, t: np.ndarray, y: np.ndarray, m
     rough = estimate_channel_noise(model, DEFAULT.noise, t)
     if found < CHECKS.noisier_than_stated * np.hypot(stated, rough):
         return None
-    to_channel = unit(problem.units[channel.connector]).factor / unit(channel.unit).factor
-    return f"its readings scatter by {found * to_channel:.3g} {channel.unit}, more than noise_std says"
+    shown = in_channel_unit(problem, channel, found)
+    return f"its readings scatter by {shown:.3g} {channel.unit}, more than noise_std says"
 
 
 def gaps(problem: Problem, nominal: np.ndarray) -> dict[int, float]:

@@ -6,16 +6,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.units import unit
 from ..problem.noise import rms
 from ..problem.observations import Block
 from ..problem.problem import Problem
 from ..settings import CHECKS
-from .shape_mistakes import Finding
-
-FloatArray = NDArray[np.float64]
+from .shape_mistakes import Finding, in_channel_unit
+from .shapes import FloatArray
 
 
 def check_runs(problem: Problem, nominal: FloatArray) -> list[Finding]:
@@ -113,7 +111,7 @@ def _level(problem: Problem, b: Block, nominal: FloatArray) -> str | None:
     if abs(away) < max(CHECKS.off_level * moves, CHECKS.quiet * b.noise_std, level):
         return None
     channel = problem.campaign.outputs[b.channel]
-    shown = abs(away) * unit(problem.units[b.connector]).factor / unit(channel.unit).factor
+    shown = in_channel_unit(problem, channel, abs(away))
     side = "above" if away > 0.0 else "below"
     zero = " or is its zero another one, as that of a pressure over ambient" if _is_pressure(channel.unit) else ""
     return (

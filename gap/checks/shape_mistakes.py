@@ -8,6 +8,8 @@ from functools import cache, partial
 
 import numpy as np
 
+from ...core.units import unit
+from ..campaign.campaign import Channel
 from ..measurements.read_table import read_table
 from ..measurements.table import MeasurementError
 from ..problem.observations import Block
@@ -31,6 +33,11 @@ class Finding:
     def in_one_line(self) -> str:
         """With its place before it."""
         return ": ".join(part for part in (self.run, self.channel, self.text) if part)
+
+
+def in_channel_unit(problem: Problem, channel: Channel, size: float) -> float:
+    """A difference in the FMU's unit in that of the channel."""
+    return size * unit(problem.units[channel.connector]).factor / unit(channel.unit).factor
 
 
 def check_shapes(problem: Problem, nominal: np.ndarray, known: Collection[str] = ()) -> list[Finding]:

@@ -14,14 +14,16 @@ class SameFile:
 
     def __init__(self, path: Path):
         self.path = path
-        self._written, self._digest = changed(path), digest(path) if path.is_file() else ""
+        self._written = changed(path)
+        self.digest = digest(path) if path.is_file() else ""
+        """At the start."""
 
     def check(self) -> None:
         """Raise `SimulationError` where the file has another content by now."""
         now = changed(self.path)
         if now in (self._written, 0):
             return
-        if digest(self.path) != self._digest:
+        if digest(self.path) != self.digest:
             raise SimulationError(
                 f"{self.path}: is another file now than at the start; what was done before that is kept: start again"
             )

@@ -189,8 +189,8 @@ def sweep(
         "versions": versions(), "entries": "with warnings",
     }  # fmt: skip
     driving = SameFile(settings.stimuli) if settings.stimuli is not None else None
-    if settings.stimuli is not None:
-        common["stimuli"] = digest_of_file(settings.stimuli)
+    if driving is not None:
+        common["stimuli"] = driving.digest
     names = [digest({**common, "values": case}) for case in cases]
     with Store(folder) as store:
         labels = {m.label for m in settings.metrics}
